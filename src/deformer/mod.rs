@@ -1,0 +1,1 @@
+//! The façade: a rig, a device and a method; poses in, skin out.

@@ -1,0 +1,1 @@
+//! Vulkan runtime: device, memory, buffers, images, pipelines, timestamps. Knows nothing of skin.

@@ -1,0 +1,1 @@
+//! Structs that shaders share.

@@ -1,0 +1,1 @@
+//! One file a GPU pass: what it reads and writes, its constants and extent.

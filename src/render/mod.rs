@@ -1,0 +1,1 @@
+//! Offscreen pictures of deformed characters.

@@ -1,0 +1,91 @@
+//! Skeleton, poses, weights and partition; together with mesh and fields they make the immutable [`Rig`].
+
+use glam::Mat4;
+
+use crate::{
+    compose::Composition,
+    field::Field,
+    mesh::{Csr, Mesh},
+};
+
+/// One joint of a skeleton.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// Row of the parent, always smaller than the joint's own.
+    pub parent: Option<usize>,
+    /// Joint space → rest space.
+    pub bind: Mat4,
+    /// Rest space → joint space.
+    pub inverse_bind: Mat4,
+}
+
+/// Joints, parents before children.
+#[derive(Clone, Debug, Default)]
+pub struct Skeleton {
+    /// Joints, parents before children.
+    pub joints: Vec<Joint>,
+    /// Rows of the children of each joint, ascending.
+    pub children: Vec<Vec<usize>>,
+}
+
+/// A posed skeleton.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Rest → model space, one a joint; identity is the rest pose.
+    pub matrices: Vec<Mat4>,
+}
+
+/// Weights of welded vertices, fixed width, greatest first, padded with weight 0.
+#[derive(Clone, Debug, Default)]
+pub struct Weights {
+    /// Influences a vertex (4, 8, 12, …).
+    pub width: usize,
+    /// Joint rows, `width` a vertex.
+    pub joints: Vec<u16>,
+    /// Weights, `width` a vertex, sum 1.
+    pub weights: Vec<f32>,
+}
+
+/// The file's own rows against the welded mesh.
+#[derive(Clone, Debug, Default)]
+pub struct FileRows {
+    /// Welded vertex of a row.
+    pub vertex: Vec<u32>,
+    /// The file's normal of a row.
+    pub normals: Vec<glam::Vec3>,
+    /// The file's triangles, as rows.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A character prepared for deformation; immutable and shared.
+#[derive(Clone, Debug, Default)]
+pub struct Rig {
+    /// File name, for reports.
+    pub name: String,
+    /// Welded mesh in rest space.
+    pub mesh: Mesh,
+    /// The file's rows.
+    pub rows: FileRows,
+    /// Joints.
+    pub skeleton: Skeleton,
+    /// Weights of the welded vertices.
+    pub weights: Weights,
+    /// Part (joint row) of each welded vertex: the joint of greatest weight that has a field or none at all.
+    pub part: Vec<u16>,
+    /// Radius of each joint's part in rest units: no vertex moves further than this from its geometric position.
+    pub radius: Vec<f32>,
+    /// Implicit fields, ascending by joint.
+    pub fields: Vec<Field>,
+    /// How the fields are combined.
+    pub composition: Composition,
+    /// Mean value coordinates aligned with `mesh.one_ring.items`; an all-zero row is not relaxed.
+    pub mean_value: Vec<f32>,
+    /// Vertices within three rings of each vertex, itself included, ascending.
+    pub neighbourhood: Csr,
+    /// Vertices that follow geometric skinning only (thin sheets, small rigid shells).
+    pub geometric: Vec<bool>,
+    /// What was mended or left out, a sentence each.
+    pub warnings: Vec<String>,
+}

@@ -1,0 +1,2 @@
+//! Maintenance tasks of the dermis workspace.
+fn main() {}
