@@ -1,6 +1,19 @@
 //! Welded topology of a triangle mesh and what follows from it.
 
+mod cotangent;
+mod grid;
+mod mean_value;
+mod rings;
+mod topology;
+mod weld;
+
 use glam::Vec3;
+
+pub use cotangent::{cotangent, lumped_areas};
+pub use grid::TriangleGrid;
+pub use mean_value::mean_value;
+pub use rings::rings;
+pub use weld::{Welded, weld};
 
 /// Rows of rows in one flat array: row `i` is `items[offsets[i]..offsets[i + 1]]`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +28,21 @@ impl Csr {
     /// Items of row `i`.
     pub fn row(&self, i: usize) -> &[u32] {
         &self.items[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+
+    /// Gathers rows of their own into one flat array.
+    pub fn from_rows(rows: &[Vec<u32>]) -> Self {
+        let mut offsets = Vec::with_capacity(rows.len() + 1);
+        offsets.push(0);
+        let mut end = 0;
+        for row in rows {
+            end += row.len() as u32;
+            offsets.push(end);
+        }
+        Self {
+            offsets,
+            items: rows.concat(),
+        }
     }
 
     /// Number of rows.
