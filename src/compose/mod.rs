@@ -1,5 +1,15 @@
 //! Composition of fields: operators, opening curves and the program that the shaders follow.
 
+mod evaluate;
+mod opening;
+mod operator;
+mod volume;
+
+pub use evaluate::{NULL_GRADIENT, Sample, evaluate, union};
+pub use opening::{OpeningCurve, TABLE};
+pub use operator::{MAX_MAGNITUDE, Partials, blend, bulge, check_magnitude};
+pub use volume::{EDGE, Volume, volume};
+
 /// How a joint's part and its parent's part are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -13,6 +23,16 @@ pub enum Operator {
     Bulge,
 }
 
+impl Operator {
+    /// The opening curve that the paper's figure 7 gives to this operator; a union has no use for one.
+    pub fn default_opening(self) -> OpeningCurve {
+        match self {
+            Self::Union | Self::Blend => OpeningCurve::elbow(),
+            Self::Bulge => OpeningCurve::finger(),
+        }
+    }
+}
+
 /// For each field (a row each), how it meets its parent's field.
 #[derive(Clone, Debug, Default)]
 pub struct Composition {
@@ -20,6 +40,8 @@ pub struct Composition {
     pub parent: Vec<u32>,
     /// Operator at the joint between the two.
     pub operator: Vec<Operator>,
-    /// Magnitude of the bulge operator, 1 as the authors have it.
+    /// How far the operator opens with the angle between the two gradients.
+    pub opening: Vec<OpeningCurve>,
+    /// Magnitude of the bulge operator, 1 as the authors have it; at most [`MAX_MAGNITUDE`].
     pub magnitude: f32,
 }
