@@ -1,1 +1,181 @@
 //! Timings, memory and device as plain data.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// A Vulkan device, or the CPU in its place.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceReport {
+    /// Row in the list of devices, what `--device INDEX` takes.
+    pub index: usize,
+    /// Name that the driver gives.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan version, `major.minor.patch`; empty for the CPU device.
+    pub api: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    #[serde(rename = "type")]
+    pub kind: String,
+}
+
+/// Bytes in use by budget class and by name.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MemoryReport {
+    /// Bytes a budget class, classes without bytes left out.
+    pub classes: BTreeMap<String, u64>,
+    /// Bytes a name, greatest first.
+    pub names: Vec<NamedMemory>,
+    /// Sum of all bytes.
+    pub total: u64,
+    /// Most bytes that may be in use at once.
+    pub budget: Option<u64>,
+}
+
+/// Bytes of all allocations of one name and class.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NamedMemory {
+    /// Name of the allocations.
+    pub name: String,
+    /// Budget class.
+    pub class: String,
+    /// Bytes, alignment included.
+    pub bytes: u64,
+}
+
+impl MemoryReport {
+    /// Sums `(name, class, bytes)` rows.
+    pub fn sum<'a>(rows: impl IntoIterator<Item = (&'a str, &'a str, u64)>) -> Self {
+        let mut report = Self::default();
+        let mut names = BTreeMap::<(&str, &str), u64>::new();
+        for (name, class, bytes) in rows {
+            *report.classes.entry(class.to_owned()).or_default() += bytes;
+            *names.entry((name, class)).or_default() += bytes;
+            report.total += bytes;
+        }
+        let named = |((name, class), bytes): ((&str, &str), u64)| NamedMemory {
+            name: name.to_owned(),
+            class: class.to_owned(),
+            bytes,
+        };
+        report.names = names.into_iter().map(named).collect();
+        report.names.sort_by_key(|n| std::cmp::Reverse(n.bytes));
+        report
+    }
+}
+
+/// When the steps of one frame ran on the device.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrameTimings {
+    /// One a step, in the order of the frame.
+    pub passes: Vec<PassTiming>,
+    /// From the frame's first to its last timestamp, nanoseconds.
+    pub gpu_ns: u64,
+    /// Recording of the command buffer on the CPU, nanoseconds.
+    pub cpu_record_ns: u64,
+}
+
+impl FrameTimings {
+    /// Name, number of steps and nanoseconds of all steps of one name, in order of first appearance.
+    pub fn by_name(&self) -> Vec<(&str, usize, u64)> {
+        let mut sums = Vec::<(&str, usize, u64)>::new();
+        for pass in &self.passes {
+            match sums.iter_mut().find(|s| s.0 == pass.name) {
+                Some(sum) => (sum.1, sum.2) = (sum.1 + 1, sum.2 + pass.nanoseconds()),
+                None => sums.push((&pass.name, 1, pass.nanoseconds())),
+            }
+        }
+        sums
+    }
+}
+
+/// When one step ran, on the device's own clock.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PassTiming {
+    /// Name of the pass; `fill` and `copy` for transfers.
+    pub name: String,
+    /// Finer label, the pass name where none was given.
+    pub label: String,
+    /// Begin, nanoseconds on the device's clock.
+    pub begin_ns: u64,
+    /// End, nanoseconds on the device's clock.
+    pub end_ns: u64,
+}
+
+impl PassTiming {
+    /// Length in nanoseconds.
+    pub fn nanoseconds(&self) -> u64 {
+        self.end_ns.saturating_sub(self.begin_ns)
+    }
+}
+
+/// How much work the iterative passes of one frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Iterations {
+    /// Mean projection steps a live vertex.
+    pub newton_mean: f64,
+    /// Most projection steps of a vertex.
+    pub newton_max: u32,
+    /// Rounds of projection and relaxation.
+    pub rounds: u32,
+    /// Sub-steps of the frame.
+    pub substeps: u32,
+}
+
+/// What the device can do at best, measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ceiling {
+    /// Linearly filtered samples a second from a 3D half-float RGBA atlas.
+    pub fetch3d_per_s: f64,
+    /// Bytes read plus bytes written a second by a vec4 copy.
+    pub copy_bytes_per_s: f64,
+}
+
+/// How far a long task is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: &'static str,
+    /// Items done.
+    pub done: usize,
+    /// Items in all.
+    pub total: usize,
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_sums_by_class_and_name() {
+        let rows = [("a", "mesh", 1), ("b", "mesh", 8), ("a", "mesh", 4)];
+        let report = MemoryReport::sum(rows);
+        assert_eq!((report.total, report.classes["mesh"]), (13, 13));
+        let names: Vec<_> = report.names.iter().map(|n| (&*n.name, n.bytes)).collect();
+        assert_eq!(names, [("b", 8), ("a", 5)]);
+    }
+
+    #[test]
+    fn timings_sum_by_name_in_order_of_appearance() {
+        let pass = |name: &str, begin_ns, end_ns| PassTiming {
+            name: name.into(),
+            label: name.into(),
+            begin_ns,
+            end_ns,
+        };
+        let passes = vec![pass("b", 0, 2), pass("a", 2, 7), pass("b", 7, 8)];
+        let timings = FrameTimings {
+            passes,
+            ..Default::default()
+        };
+        assert_eq!(timings.by_name(), [("b", 2, 3), ("a", 1, 5)]);
+    }
+
+    #[test]
+    fn device_kind_is_called_type_in_json() {
+        let json = serde_json::to_value(DeviceReport::default()).unwrap();
+        assert!(json.get("type").is_some());
+    }
+}

@@ -1,0 +1,59 @@
+//! What a pass says about itself; checked against its SPIR-V when the pipeline is made.
+
+/// A compute pass as its shader and its user see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Declaration {
+    /// Unique name: file, label and timing key.
+    pub name: &'static str,
+    /// The shader.
+    pub spirv: &'static [u8],
+    /// Bindings of descriptor set 0; the row is the binding number.
+    pub bindings: &'static [Binding],
+    /// Bytes of push constants.
+    pub constants: u32,
+    /// Size of a workgroup.
+    pub local_size: [u32; 3],
+}
+
+/// One resource that a pass uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// Name that the frame binds by.
+    pub name: &'static str,
+    /// What the pass does with it.
+    pub access: Access,
+}
+
+/// What a pass does with a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// `readonly` storage buffer.
+    Read,
+    /// `writeonly` storage buffer.
+    Write,
+    /// Storage buffer without qualifier.
+    ReadWrite,
+    /// Uniform buffer.
+    Uniform,
+    /// 3D image with the linear sampler that clamps to the edge.
+    Sampled,
+    /// `writeonly` 3D storage image.
+    ImageWrite,
+}
+
+impl Access {
+    /// The shader may read the resource.
+    pub fn reads(self) -> bool {
+        !matches!(self, Self::Write | Self::ImageWrite)
+    }
+
+    /// The shader may write the resource.
+    pub fn writes(self) -> bool {
+        matches!(self, Self::Write | Self::ReadWrite | Self::ImageWrite)
+    }
+
+    /// The resource is an image.
+    pub fn is_image(self) -> bool {
+        matches!(self, Self::Sampled | Self::ImageWrite)
+    }
+}
