@@ -1,1 +1,16 @@
 //! Offscreen pictures of deformed characters.
+//!
+//! Data flow: attributes of a skin → [`colours`] → [`Picture`] → [`sheet`].
+//! Nothing here writes files: a picture is pixels, and who asked for it encodes them.
+
+mod camera;
+mod colour;
+mod font;
+mod legend;
+mod picture;
+
+pub use camera::{Bounds, Camera, Projection, View};
+pub use colour::{Attributes, ERROR_SCALE, STATES, Shading, colours};
+pub use legend::legend;
+pub use picture::{Picture, sheet};
+
