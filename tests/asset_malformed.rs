@@ -160,6 +160,20 @@ const TOLERATED: &[&str] = &[
     "UNSATISFIED_DEPENDENCY",
 ];
 
+/// Files that the reference validator finds no error in and dermis refuses all the same.
+const REFUSED_THOUGH_RIGHT: &[(&str, &str)] = &[
+    ("min_version_valid.gltf", "needs glTF 2.1"),
+    ("non_relative_uri.gltf", "its buffer is on the network"),
+    ("unknown_type.gltf", "an accessor of no known type"),
+    ("named_objects.gltf", "its only buffer has no data"),
+    ("animation/valid.gltf", "key times without data are all 0"),
+    ("skin/ignored_animated_transform.gltf", "the same"),
+    (
+        "skin/valid.gltf",
+        "inverse bind matrices without data are all 0",
+    ),
+];
+
 /// Parts of a file that dermis reads, as the start of a JSON pointer.
 const READ: &[&str] = &[
     "/asset",
@@ -218,9 +232,13 @@ fn every_file_of_the_validator_ends_in_a_model_or_a_named_element() {
         if report["issues"]["numErrors"] == 0 {
             right += 1;
             kept += usize::from(!broken);
-            if broken {
-                println!("refused although right: {path:?} {found:?}");
-            }
+            let known = REFUSED_THOUGH_RIGHT
+                .iter()
+                .any(|(name, _)| path.ends_with(name));
+            assert!(
+                !broken || known,
+                "refused although right: {path:?} {found:?}"
+            );
         } else if expects_refusal(&report) {
             wrong += 1;
             refused += usize::from(broken);
@@ -235,7 +253,7 @@ fn every_file_of_the_validator_ends_in_a_model_or_a_named_element() {
     println!("{refused} of {wrong} files with errors in what is read are refused");
     println!("{kept} of {right} files without errors are accepted");
     assert!(
-        refused * 100 >= wrong * 90 && wrong > 80,
+        refused * 100 >= wrong * 95 && wrong > 80,
         "{refused} of {wrong}"
     );
     assert!(kept * 100 >= right * 95 && right > 100, "{kept} of {right}");

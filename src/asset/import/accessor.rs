@@ -1,5 +1,7 @@
 //! Accessors: strided, sparse, without a buffer view, quantised; read into flat arrays (glTF 2.0, chapter 3.6.2).
 
+use std::ops::Range;
+
 use gltf::json::accessor::{ComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked as Parsed;
 
@@ -170,28 +172,38 @@ impl<'a> Accessor<'a> {
             }
         };
         if let Some(sparse) = &raw.sparse {
-            self.substitute(sparse, Some(&mut packed))?;
+            self.substitute(sparse, &mut packed)?;
         }
         Ok(packed)
     }
 
-    /// Checks the sparse elements and writes them over the packed ones.
-    fn substitute(&self, sparse: &Sparse, mut packed: Option<&mut [u8]>) -> Checked<()> {
+    /// Checks that the sparse elements lie in their buffers; returns the bytes of an index.
+    fn check_sparse(&self, sparse: &Sparse) -> Checked<usize> {
         let element = format!("{}/sparse", self.element());
-        let Parsed::Valid(kind) = sparse.indices.component_type else {
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let Parsed::Valid(kind) = indices.component_type else {
             return refuse(element, "unknown format of indices");
         };
-        let (count, width, size) = (sparse.count.0 as usize, kind.0.size(), self.format.bytes());
+        let (count, width) = (sparse.count.0 as usize, kind.0.size());
         if count > self.count {
             let reason = format!("{count} of {} elements", self.count);
             return refuse(format!("{element}/count"), reason);
         }
+        let (view, offset) = (indices.buffer_view.value(), indices.byte_offset.0 as usize);
+        self.stride(view, offset, count, width, "/sparse/indices")?;
+        let (view, offset) = (values.buffer_view.value(), values.byte_offset.0 as usize);
+        self.stride(view, offset, count, self.format.bytes(), "/sparse/values")?;
+        Ok(width)
+    }
+
+    /// Writes the sparse elements over the packed ones.
+    fn substitute(&self, sparse: &Sparse, packed: &mut [u8]) -> Checked<()> {
+        let width = self.check_sparse(sparse)?;
         let (indices, values) = (&sparse.indices, &sparse.values);
-        let offset = indices.byte_offset.0 as usize;
-        let view = indices.buffer_view.value();
+        let (count, size) = (sparse.count.0 as usize, self.format.bytes());
+        let (view, offset) = (indices.buffer_view.value(), indices.byte_offset.0 as usize);
         let rows = self.gather(view, offset, count, width, "/sparse/indices")?;
-        let offset = values.byte_offset.0 as usize;
-        let view = values.buffer_view.value();
+        let (view, offset) = (values.buffer_view.value(), values.byte_offset.0 as usize);
         let new = self.gather(view, offset, count, size, "/sparse/values")?;
         let mut least = 0;
         for (index, value) in rows.chunks_exact(width).zip(new.chunks_exact(size)) {
@@ -200,13 +212,14 @@ impl<'a> Accessor<'a> {
                 .rev()
                 .fold(0, |row, &b| row << 8 | usize::from(b));
             if row < least || row >= self.count {
-                let reason = format!("index {row} is out of range or does not rise");
-                return refuse(format!("{element}/indices"), reason);
+                let element = format!("{}/sparse/indices", self.element());
+                return refuse(
+                    element,
+                    format!("index {row} is out of range or does not rise"),
+                );
             }
             least = row + 1;
-            if let Some(packed) = &mut packed {
-                packed[row * size..][..size].copy_from_slice(value);
-            }
+            packed[row * size..][..size].copy_from_slice(value);
         }
         Ok(())
     }
@@ -221,7 +234,8 @@ impl<'a> Accessor<'a> {
         part: &str,
     ) -> Checked<Vec<u8>> {
         self.document.charge(count * size)?;
-        let (bytes, stride) = self.locate(view, offset, count, size, part)?;
+        let stride = self.stride(view, offset, count, size, part)?;
+        let bytes = &view_bytes(self.document, view)?[offset..];
         if stride == size {
             return Ok(bytes[..count * size].to_vec());
         }
@@ -232,33 +246,30 @@ impl<'a> Accessor<'a> {
         Ok(packed)
     }
 
-    /// Where those elements begin, and their stride.
-    fn locate(
+    /// Stride of those elements, which must lie in the buffer view.
+    fn stride(
         &self,
         view: usize,
         offset: usize,
         count: usize,
         size: usize,
         part: &str,
-    ) -> Checked<(&'a [u8], usize)> {
+    ) -> Checked<usize> {
         let element = || format!("{}{part}", self.element());
         let raw = &self.document.root.buffer_views[view];
         let stride = raw.byte_stride.map_or(size, |stride| stride.0);
         if stride < size {
-            return refuse(
-                element(),
-                format!("elements of {size} bytes every {stride}"),
-            );
+            let reason = format!("elements of {size} bytes every {stride}");
+            return refuse(element(), reason);
         }
-        let bytes = view_bytes(self.document, view)?;
         // Counts and offsets are below 2³², strides at most 252: no overflow in 64 bits.
         let end = offset as u64 + (count as u64 - 1) * stride as u64 + size as u64;
-        if end > bytes.len() as u64 {
-            let length = bytes.len();
+        let length = raw.byte_length.0;
+        if end > length {
             let reason = format!("needs {end} bytes of /bufferViews/{view}, which has {length}");
             return refuse(element(), reason);
         }
-        Ok((&bytes[offset..], stride))
+        Ok(stride)
     }
 
     /// Checks that all elements lie in the buffer, without reading them.
@@ -274,28 +285,38 @@ impl<'a> Accessor<'a> {
                     format!("not a multiple of {step}"),
                 );
             }
-            self.locate(view.value(), offset, self.count, size, "")?;
+            self.stride(view.value(), offset, self.count, size, "")?;
         }
         if let Some(sparse) = &raw.sparse {
-            self.substitute(sparse, None)?;
+            self.check_sparse(sparse)?;
         }
         Ok(())
     }
 }
 
-fn view_bytes(document: &Document, view: usize) -> Checked<&[u8]> {
+/// Start and end of a buffer view in its buffer.
+fn view_range(document: &Document, view: usize) -> Checked<Range<usize>> {
     let raw = &document.root.buffer_views[view];
     let buffer = raw.buffer.value();
-    let bytes = document.buffers[buffer]
-        .as_deref()
-        .ok_or_else(|| Fault::new(format!("/buffers/{buffer}"), "has no data"))?;
-    let start = raw.byte_offset.map_or(0, |offset| offset.0 as usize);
-    let length = document.root.buffers[buffer].byte_length.0 as usize;
-    let end = start.saturating_add(raw.byte_length.0 as usize);
-    bytes[..length].get(start..end).ok_or_else(|| {
+    let start = raw.byte_offset.map_or(0, |offset| offset.0);
+    let (end, length) = (
+        start + raw.byte_length.0,
+        document.root.buffers[buffer].byte_length.0,
+    );
+    if end > length {
         let reason = format!("bytes {start}..{end} of /buffers/{buffer}, which has {length}");
-        Fault::new(format!("/bufferViews/{view}"), reason)
-    })
+        return refuse(format!("/bufferViews/{view}"), reason);
+    }
+    Ok(start as usize..end as usize)
+}
+
+fn view_bytes(document: &Document, view: usize) -> Checked<&[u8]> {
+    let range = view_range(document, view)?;
+    let buffer = document.root.buffer_views[view].buffer.value();
+    match &document.buffers[buffer] {
+        Some(bytes) => Ok(&bytes[range]),
+        None => refuse(format!("/buffers/{buffer}"), "has no data"),
+    }
 }
 
 fn map<const N: usize, T>(bytes: &[u8], convert: impl Fn([u8; N]) -> T) -> Vec<T> {
@@ -306,20 +327,10 @@ fn map<const N: usize, T>(bytes: &[u8], convert: impl Fn([u8; N]) -> T) -> Vec<T
 /// Checks every buffer view and accessor of the file, used or not, so that a broken file is refused as a whole.
 pub(super) fn check_all(document: &Document) -> Checked<()> {
     for view in 0..document.root.buffer_views.len() {
-        let buffer = document.root.buffer_views[view].buffer.value();
-        if document.buffers[buffer].is_some() {
-            view_bytes(document, view)?;
-        }
+        view_range(document, view)?;
     }
-    let held = |view: usize| {
-        let buffer = document.root.buffer_views[view].buffer.value();
-        document.buffers[buffer].is_some()
-    };
-    for (row, raw) in document.root.accessors.iter().enumerate() {
-        let accessor = Accessor::new(document, row)?;
-        if raw.buffer_view.is_none_or(|view| held(view.value())) {
-            accessor.check_extent()?;
-        }
+    for row in 0..document.root.accessors.len() {
+        Accessor::new(document, row)?.check_extent()?;
     }
     Ok(())
 }

@@ -19,6 +19,8 @@ const BIN: u32 = 0x004E_4942;
 #[derive(Debug)]
 pub(super) struct Container<'a> {
     pub(super) json: &'a [u8],
+    /// Whether it is a GLB.
+    pub(super) is_glb: bool,
     /// The BIN chunk of a GLB.
     pub(super) binary: Option<&'a [u8]>,
 }
@@ -49,6 +51,7 @@ pub(super) fn split(bytes: &[u8]) -> Checked<Container<'_>> {
     match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => Ok(Container {
             json: bytes,
+            is_glb: false,
             binary: None,
         }),
         Some(_) => refuse("/", "neither a GLB nor a JSON object"),
@@ -64,14 +67,11 @@ fn split_glb(bytes: &[u8]) -> Checked<Container<'_>> {
     if version != 2 {
         return refuse(HEADER, format!("version {version}, only 2 is known"));
     }
-    if length as usize != bytes.len() {
-        let reason = format!(
-            "says {length} bytes, the file has {} (truncated?)",
-            bytes.len()
-        );
+    let length = length as usize;
+    let Some(mut rest) = bytes.get(12..length) else {
+        let reason = format!("says {length} bytes, the file has {}", bytes.len());
         return refuse(HEADER, reason);
-    }
-    let mut rest = &bytes[12..];
+    };
     let mut chunks = Vec::new();
     while !rest.is_empty() {
         let (kind, data, after) = chunk(rest, chunks.len())?;
@@ -85,17 +85,19 @@ fn split_glb(bytes: &[u8]) -> Checked<Container<'_>> {
         return refuse(format!("GLB chunk {number}"), "a second JSON chunk");
     }
     let binaries: Vec<usize> = (1..chunks.len()).filter(|&i| chunks[i].0 == BIN).collect();
-    match binaries[..] {
-        [] => Ok(Container { json, binary: None }),
-        [1] => Ok(Container {
-            json,
-            binary: Some(chunks[1].1),
-        }),
-        [.., last] => refuse(
-            format!("GLB chunk {last}"),
-            "only chunk 1 may hold binary data",
-        ),
-    }
+    let binary = match binaries[..] {
+        [] => None,
+        [1] => Some(chunks[1].1),
+        [.., last] => {
+            let element = format!("GLB chunk {last}");
+            return refuse(element, "only chunk 1 may hold binary data");
+        }
+    };
+    Ok(Container {
+        json,
+        is_glb: true,
+        binary,
+    })
 }
 
 /// Kind and data of the chunk at the start of `bytes`, and what follows it.

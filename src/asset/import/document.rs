@@ -11,7 +11,7 @@ use gltf::json::{self, Root};
 use serde_json::Value;
 
 use super::{
-    container,
+    container::{self, Container},
     fault::{Checked, Fault, refuse},
     schema, uri,
 };
@@ -59,7 +59,7 @@ impl Document {
         check_extensions(&value)?;
         disarm_channels(&mut value);
         let root = deserialize(value)?;
-        let buffers = load_buffers(&root, container.binary, folder)?;
+        let buffers = load_buffers(&root, &container, folder)?;
         Ok(Self {
             root,
             buffers,
@@ -178,7 +178,7 @@ fn deserialize(value: Value) -> Checked<Root> {
 
 fn load_buffers(
     root: &Root,
-    binary: Option<&[u8]>,
+    container: &Container<'_>,
     folder: &Path,
 ) -> Checked<Vec<Option<Vec<u8>>>> {
     let total: u64 = root.buffers.iter().map(|b| b.byte_length.0).sum();
@@ -188,10 +188,13 @@ fn load_buffers(
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (row, buffer) in root.buffers.iter().enumerate() {
         let element = format!("/buffers/{row}");
-        let bytes = match (&buffer.uri, binary) {
-            (Some(uri), _) => Some(uri::resolve(uri, folder, &format!("{element}/uri"))?),
-            (None, Some(binary)) if row == 0 => Some(binary.to_vec()),
-            (None, _) => None,
+        let bytes = match &buffer.uri {
+            Some(uri) => Some(uri::resolve(uri, folder, &format!("{element}/uri"))?),
+            None if row == 0 && container.is_glb => match container.binary {
+                Some(binary) => Some(binary.to_vec()),
+                None => return refuse(element, "the GLB has no binary chunk"),
+            },
+            None => None,
         };
         let length = buffer.byte_length.0;
         if let Some(bytes) = &bytes

@@ -157,14 +157,22 @@ fn indices(
         normalized: false,
     };
     let formats = [ComponentType::U8, ComponentType::U16, ComponentType::U32].map(scalar);
-    let indices = Accessor::new(document, row.value())?
-        .expect(&formats, "indices")?
-        .integers()?;
+    let accessor = Accessor::new(document, row.value())?.expect(&formats, "indices")?;
+    let indices = accessor.integers()?;
     if let Some(bad) = indices.iter().position(|&index| index as usize >= vertices) {
         let reason = format!(
             "element {bad}: index {} of {vertices} vertices",
             indices[bad]
         );
+        return refuse(format!("{element}/indices"), reason);
+    }
+    let restart = match accessor.format.component {
+        ComponentType::U8 => 0xFF,
+        ComponentType::U16 => 0xFFFF,
+        _ => u32::MAX,
+    };
+    if let Some(bad) = indices.iter().position(|&index| index == restart) {
+        let reason = format!("element {bad}: {restart} means a restart, which glTF forbids");
         return refuse(format!("{element}/indices"), reason);
     }
     Ok(indices)

@@ -62,7 +62,6 @@ fn build(document: &Document) -> Checked<Model> {
     let graph = Graph::new(document)?;
     let pairs = skinned_meshes(document);
     let used: BTreeSet<usize> = pairs.iter().map(|&(_, skin)| skin).collect();
-    let used: Vec<usize> = used.into_iter().collect();
     let mut warnings = Vec::new();
     let skeleton = Skeleton::new(document, &graph, &used, &mut warnings)?;
     let clips = clip::read(document, &skeleton.row, &mut warnings)?;
@@ -174,7 +173,7 @@ fn base_color(document: &Document, primitive: &mesh::Primitive) -> [f32; 4] {
     })
 }
 
-/// Meshes without a skin are left out, but their geometry is checked all the same.
+/// Meshes without a skin are left out, but their geometry is checked all the same where the file has its data.
 fn check_rigid(document: &Document, pairs: &[(usize, usize)], model: &mut Model) -> Checked<()> {
     let skinned: BTreeSet<usize> = pairs.iter().map(|&(mesh, _)| mesh).collect();
     let mut count = 0;
@@ -183,9 +182,13 @@ fn check_rigid(document: &Document, pairs: &[(usize, usize)], model: &mut Model)
             continue;
         }
         count += 1;
+        if document.buffers.contains(&None) {
+            continue;
+        }
         for (number, primitive) in raw.primitives.iter().enumerate() {
             let element = format!("/meshes/{mesh}/primitives/{number}");
             let _ = geometry::read(document, primitive, &element, &mut Vec::new())?;
+            weights::sets(&Attributes::new(primitive, &element))?;
         }
     }
     if count > 0 {

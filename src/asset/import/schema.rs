@@ -70,8 +70,6 @@ const ROOT: Rule = Rule::Object(&[
     optional("meshes", Rule::List(0, &MESH)),
     optional("skins", Rule::List(0, &SKIN)),
     optional("nodes", Rule::List(0, &NODES)),
-    optional("scenes", Rule::List(0, &SCENE)),
-    optional("scene", Rule::Index("scenes")),
     optional("animations", Rule::List(0, &ANIMATION)),
 ]);
 
@@ -158,8 +156,6 @@ const NODES: Rule = Rule::Object(&[
     optional("rotation", Rule::Numbers(4, 2.0)),
     optional("scale", Rule::Numbers(3, FLOAT)),
 ]);
-
-const SCENE: Rule = Rule::Object(&[optional("nodes", Rule::List(0, &NODE))]);
 
 const ANIMATION: Rule = Rule::Object(&[
     optional("name", Rule::Text),

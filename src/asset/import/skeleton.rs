@@ -1,6 +1,6 @@
 //! Skins to joints: one list keyed by node, bound in the space of the file's first skin.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat4, Mat4};
 use gltf::json::accessor::Type;
@@ -41,15 +41,18 @@ struct Binding {
 }
 
 impl Skeleton {
-    /// Merges the skins `used`, rows of the file, ascending.
+    /// Merges the skins `used`, rows of the file.
     pub(super) fn new(
         document: &Document,
         graph: &Graph,
-        used: &[usize],
+        used: &BTreeSet<usize>,
         warnings: &mut Vec<String>,
     ) -> Checked<Self> {
-        let bindings = used.iter().map(|&skin| Binding::read(document, skin));
-        let bindings = bindings.collect::<Checked<Vec<_>>>()?;
+        // All are read, so that a broken skin is refused whether a mesh uses it or not.
+        let all = 0..document.root.skins.len();
+        let all = all.map(|skin| Binding::read(document, skin));
+        let mut bindings = all.collect::<Checked<Vec<_>>>()?;
+        bindings.retain(|binding| used.contains(&binding.skin));
         let mut bound = BTreeMap::new();
         let mut carry = Vec::new();
         for binding in &bindings {

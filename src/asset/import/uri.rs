@@ -1,4 +1,4 @@
-//! URIs of buffers: data URIs (RFC 2397, base64) and files in the folder of the glTF file.
+//! URIs of buffers: data URIs (RFC 2397) and files in the folder of the glTF file.
 
 use std::path::{Component, Path};
 
@@ -39,14 +39,12 @@ fn has_scheme(uri: &str) -> bool {
 
 fn data(rest: &str) -> Result<Vec<u8>, &'static str> {
     let (header, body) = rest.split_once(',').ok_or("a data URI without a comma")?;
-    if !header.to_ascii_lowercase().ends_with(";base64") {
-        return Err("a data URI that is not base64");
+    let encoded = header.to_ascii_lowercase().ends_with(";base64");
+    if encoded && !body.contains('%') {
+        return base64(body.as_bytes());
     }
-    if body.contains('%') {
-        let body = percent_decode(body).ok_or("not a valid URI")?;
-        return base64(&body);
-    }
-    base64(body.as_bytes())
+    let body = percent_decode(body).ok_or("not a valid URI")?;
+    if encoded { base64(&body) } else { Ok(body) }
 }
 
 /// Standard alphabet, padding optional (RFC 4648).

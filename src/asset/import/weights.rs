@@ -77,7 +77,7 @@ pub(super) fn read(
 }
 
 /// Number of sets, which must be numbered from 0 without gaps and come in pairs.
-fn sets(attributes: &Attributes<'_>) -> Checked<u32> {
+pub(super) fn sets(attributes: &Attributes<'_>) -> Checked<u32> {
     let has = |semantic| attributes.get(semantic).is_some();
     let mut count = 0;
     while count < SET_LIMIT && has(Semantic::Joints(count)) && has(Semantic::Weights(count)) {
