@@ -1,2 +1,87 @@
-//! Maintenance tasks of the dermis workspace.
-fn main() {}
+//! Maintenance of the dermis workspace: `cargo xtask shaders | tidy`.
+
+mod shaders;
+// `build.rs` uses the rest.
+#[allow(dead_code)]
+#[path = "../../../shaders/sources.rs"]
+mod sources;
+mod tidy;
+
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+};
+
+/// A sentence for whoever ran the task.
+type Result<T> = std::result::Result<T, String>;
+
+const USAGE: &str = "\
+Usage: cargo xtask TASK
+
+  shaders [--check] [--glslang] [--dir FOLDER]
+          compiles FOLDER/*.comp, *.vert and *.frag (default: shaders) to FOLDER/spirv;
+          --check compares instead of writing;
+          --glslang compiles with the glslangValidator on the PATH, for quick trials:
+          what it writes does not pass --check
+  tidy    checks modules, passes and files against the project's rules";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &[String]) -> Result<()> {
+    let (task, rest) = arguments.split_first().ok_or(USAGE)?;
+    match task.as_str() {
+        "shaders" => shaders::run(rest),
+        "tidy" if rest.is_empty() => tidy::run(&root()),
+        "help" | "--help" | "-h" => {
+            println!("{USAGE}");
+            Ok(())
+        }
+        _ => Err(format!("unknown task or argument\n\n{USAGE}")),
+    }
+}
+
+/// Root of the workspace.
+fn root() -> PathBuf {
+    let mut path = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    path.pop();
+    path.pop();
+    path
+}
+
+/// Runs this program again with other features, in a target folder of its own where one is given.
+fn again(features: &[&str], target: Option<&Path>, arguments: &[String]) -> Result<()> {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root());
+    command.args([
+        "run",
+        "--quiet",
+        "--package",
+        "xtask",
+        "--no-default-features",
+        "--features",
+    ]);
+    command.arg(features.join(","));
+    if let Some(target) = target {
+        command.arg("--target-dir").arg(target);
+    }
+    let status = command
+        .arg("--")
+        .args(arguments)
+        .status()
+        .map_err(|e| format!("cargo: {e}"))?;
+    // The other process has said why.
+    if status.success() {
+        Ok(())
+    } else {
+        std::process::exit(status.code().unwrap_or(1))
+    }
+}
