@@ -1,9 +1,25 @@
 //! One implicit field a bone: samples, HRBF, remap, box (implicit skinning 2013, section 4.1).
 
+mod atlas;
+mod bone;
+mod bounds;
+mod fit;
+mod hrbf;
+mod sample;
+
 use glam::{DVec3, Mat3, Mat4, Vec3};
+
+pub use atlas::{AtlasLayout, TILE_BYTES, atlas_layout};
+pub use fit::{Fitted, fit};
+pub use hrbf::Hrbf;
 
 /// Edge of a field's grid in texels.
 pub const GRID: u32 = 32;
+/// Distances from the bone, in radii r, from which the field fades and where it has become 0.
+///
+/// Every vertex of the part is within r, so the fade leaves the part itself alone. It makes the support finite where the HRBF of
+/// an open or thin part stays inside for ever.
+pub const FADE: [f32; 2] = [1.35, 2.0];
 
 /// An oriented box in rest space; texel centres of the grid reach from face to face.
 #[derive(Clone, Copy, Debug)]
@@ -29,22 +45,7 @@ impl FieldBox {
     }
 }
 
-/// Hermite radial basis function d(x) = Σ λ t³ + 3 t (β·δ), in coordinates `(x - origin) / scale` (Eq. 1, φ = t³).
-#[derive(Clone, Debug, Default)]
-pub struct Hrbf {
-    /// Centre of the part in rest space.
-    pub origin: DVec3,
-    /// Size of the part.
-    pub scale: f64,
-    /// Scaled centres.
-    pub centers: Vec<DVec3>,
-    /// λ a centre.
-    pub lambda: Vec<f64>,
-    /// β a centre.
-    pub beta: Vec<DVec3>,
-}
-
-/// The implicit field of one joint's part.
+/// The implicit field of one joint's part: f = w(s) t_r(d), d the HRBF's distance, s the distance to the bone segments.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Row of the joint that carries it.
@@ -58,3 +59,58 @@ pub struct Field {
     /// The distance function that the grid samples.
     pub hrbf: Hrbf,
 }
+
+impl Field {
+    /// f in [0, 1] and ∇f in rest units at a point of rest space, in double precision and without the grid.
+    pub fn evaluate(&self, rest: Vec3) -> (f64, DVec3) {
+        self.at(rest.as_dvec3())
+    }
+
+    fn at(&self, x: DVec3) -> (f64, DVec3) {
+        let (s, direction) = self.from_bone(x);
+        let (weight, weight_slope) = fade(s, self.radius as f64);
+        if weight == 0.0 {
+            return (0.0, DVec3::ZERO);
+        }
+        let (d, gradient) = self.hrbf.evaluate(x);
+        let (f, slope) = remap(d, self.radius as f64);
+        (
+            weight * f,
+            weight * slope * gradient + weight_slope * f * direction,
+        )
+    }
+
+    /// Distance to the nearest segment, and the unit direction away from it.
+    fn from_bone(&self, x: DVec3) -> (f64, DVec3) {
+        let mut nearest = (f64::INFINITY, DVec3::ZERO);
+        for [start, end] in &self.segments {
+            let (_, foot) = bone::project(x, start.as_dvec3(), end.as_dvec3());
+            let s = x.distance(foot);
+            if s < nearest.0 {
+                nearest = (s, (x - foot).normalize_or_zero());
+            }
+        }
+        nearest
+    }
+}
+
+/// t_r(d) and its derivative: distance → [0, 1], 1 inside, 0.5 on the surface, 0 from d = r on.
+fn remap(d: f64, r: f64) -> (f64, f64) {
+    let x = (d / r).clamp(-1.0, 1.0);
+    let q = x * x;
+    let value = ((-0.1875 * q + 0.625) * q - 0.9375) * x + 0.5;
+    (value, -0.9375 * (1.0 - q) * (1.0 - q) / r)
+}
+
+/// Fade w(s) and its derivative: 1 up to the first radius of [`FADE`], 0 from the second on.
+fn fade(s: f64, r: f64) -> (f64, f64) {
+    let [first, last] = FADE.map(|f| f as f64 * r);
+    let x = ((last - s) / (last - first)).clamp(0.0, 1.0);
+    (
+        x * x * (3.0 - 2.0 * x),
+        -6.0 * x * (1.0 - x) / (last - first),
+    )
+}
+
+#[cfg(test)]
+mod tests;
