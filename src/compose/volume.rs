@@ -3,7 +3,7 @@
 use half::f16;
 use rayon::prelude::*;
 
-use super::{MAX_MAGNITUDE, Operator, Partials, blend, bulge, operator::union};
+use super::{Operator, Partials, blend, bulge, operator::check_magnitude, operator::union};
 
 /// Texels along an edge of a volume.
 pub const EDGE: usize = 128;
@@ -15,11 +15,11 @@ pub struct Volume {
     pub texels: Vec<[f16; 4]>,
 }
 
-/// Samples an operator; `magnitude` matters to the bulge only and is limited to [0, [`MAX_MAGNITUDE`]].
+/// Samples an operator; `magnitude` matters to the bulge only; one that [`check_magnitude`] refuses counts as 0.
 ///
 /// Values are rounded down: linear interpolation across a crease errs upward, by a quarter of a cell, so the two partly cancel.
 pub fn volume(operator: Operator, magnitude: f32) -> Volume {
-    let magnitude = magnitude.max(0.0).min(MAX_MAGNITUDE) as f64;
+    let magnitude = check_magnitude(magnitude).unwrap_or_default() as f64;
     let at = |i: usize| i as f64 / (EDGE - 1) as f64;
     let mut texels = vec![[f16::ZERO; 4]; EDGE * EDGE * EDGE];
     texels

@@ -375,12 +375,8 @@ fn assign(mesh: &Mesh, skeleton: &Skeleton, mut part: Vec<u16>, fields: Vec<Fiel
     for (v, joint) in part.iter_mut().enumerate() {
         let x = mesh.positions[v].as_dvec3();
         let nearest = || {
-            (0..fields.len()).min_by(|&a, &b| {
-                fields[a]
-                    .from_bone(x)
-                    .0
-                    .total_cmp(&fields[b].from_bone(x).0)
-            })
+            (0..fields.len())
+                .min_by(|&a, &b| fields[a].to_bone(x).0.total_cmp(&fields[b].to_bone(x).0))
         };
         if let Some(i) = row[*joint as usize].or_else(nearest) {
             if fields[i].joint != *joint {

@@ -67,7 +67,7 @@ impl Field {
     }
 
     fn at(&self, x: DVec3) -> (f64, DVec3) {
-        let (s, direction) = self.from_bone(x);
+        let (s, direction) = self.to_bone(x);
         let (weight, weight_slope) = fade(s, self.radius as f64);
         if weight == 0.0 {
             return (0.0, DVec3::ZERO);
@@ -81,7 +81,7 @@ impl Field {
     }
 
     /// Distance to the nearest segment, and the unit direction away from it.
-    fn from_bone(&self, x: DVec3) -> (f64, DVec3) {
+    fn to_bone(&self, x: DVec3) -> (f64, DVec3) {
         let mut nearest = (f64::INFINITY, DVec3::ZERO);
         for [start, end] in &self.segments {
             let (_, foot) = bone::project(x, start.as_dvec3(), end.as_dvec3());

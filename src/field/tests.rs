@@ -180,7 +180,7 @@ fn the_gradient_is_the_derivative_also_in_the_fade() {
             (field.at(x + h).0 - field.at(x - h).0) / 2e-5
         }));
         let (f, gradient) = field.at(x);
-        faded += usize::from(f > 0.0 && field.from_bone(x).0 > FADE[0] as f64 * 0.5);
+        faded += usize::from(f > 0.0 && field.to_bone(x).0 > FADE[0] as f64 * 0.5);
         assert!(
             difference.distance(gradient) < 1e-3,
             "{x} {difference} {gradient}"

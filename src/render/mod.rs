@@ -13,4 +13,3 @@ pub use camera::{Bounds, Camera, Projection, View};
 pub use colour::{Attributes, ERROR_SCALE, STATES, Shading, colours};
 pub use legend::legend;
 pub use picture::{Picture, sheet};
-
