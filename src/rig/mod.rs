@@ -1,5 +1,21 @@
 //! Skeleton, poses, weights and partition; together with mesh and fields they make the immutable [`Rig`].
 
+mod archive;
+mod bones;
+pub mod cache;
+mod clip;
+mod heat;
+mod interpolate;
+mod options;
+mod pose;
+mod pose_file;
+mod program;
+mod random;
+mod sheets;
+mod skeleton;
+mod subdivide;
+mod weights;
+
 use glam::Mat4;
 
 use crate::{
@@ -7,6 +23,11 @@ use crate::{
     field::Field,
     mesh::{Csr, Mesh},
 };
+
+pub use options::Options;
+pub use pose_file::{JointPose, PoseFile};
+pub use random::Random;
+pub use subdivide::subdivide;
 
 /// One joint of a skeleton.
 #[derive(Clone, Debug)]
@@ -89,3 +110,6 @@ pub struct Rig {
     /// What was mended or left out, a sentence each.
     pub warnings: Vec<String>,
 }
+
+#[cfg(test)]
+mod character_tests;

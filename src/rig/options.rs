@@ -1,0 +1,33 @@
+//! What the user may choose about a preparation.
+
+use crate::compose::{OpeningCurve, Operator};
+
+/// What the user may choose about a preparation.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Operator at a joint, between its part and its parent's; union elsewhere.
+    pub joints: Vec<(String, Operator)>,
+    /// Opening curve at a joint, in place of the operator's own.
+    pub openings: Vec<(String, OpeningCurve)>,
+    /// Magnitude of the bulge operator.
+    pub magnitude: f32,
+    /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
+    pub part: Option<Vec<u16>>,
+    /// How often every triangle is cut into four.
+    pub subdivide: u32,
+    /// Compute weights by heat diffusion though the file has some.
+    pub heat_weights: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            joints: Vec::new(),
+            openings: Vec::new(),
+            magnitude: 1.0,
+            part: None,
+            subdivide: 0,
+            heat_weights: false,
+        }
+    }
+}
