@@ -1,7 +1,12 @@
 //! Files in and out: glTF characters in; GLB, PLY and OBJ out. The only user of the `gltf` crate.
 
+mod export;
 mod import;
 mod model;
 
+pub use export::{
+    MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
+    write_obj, write_ply,
+};
 pub use import::load;
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};

@@ -7,7 +7,7 @@ use gltf::json::validation::Checked as Parsed;
 
 use super::{
     document::Document,
-    fault::{Checked, Fault, refuse},
+    fault::{Checked, refuse},
 };
 
 /// Greatest number of elements of one accessor.
@@ -279,7 +279,7 @@ impl<'a> Accessor<'a> {
         if let Some(view) = raw.buffer_view {
             let offset = raw.byte_offset.map_or(0, |offset| offset.0 as usize);
             let step = self.format.component.size();
-            if offset % step != 0 {
+            if !offset.is_multiple_of(step) {
                 return refuse(
                     format!("{}/byteOffset", self.element()),
                     format!("not a multiple of {step}"),

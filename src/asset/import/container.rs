@@ -107,7 +107,7 @@ fn chunk(bytes: &[u8], number: usize) -> Checked<(u32, &[u8], &[u8])> {
         return refuse(element(), "the file ends inside the chunk's header");
     };
     let length = length as usize;
-    if length % 4 != 0 {
+    if !length.is_multiple_of(4) {
         return refuse(element(), "its length is not a multiple of 4");
     }
     let end = length

@@ -123,14 +123,14 @@ fn local(node: &json::Node, row: usize) -> Checked<Local> {
     let Some(rotation) = unit(rotation) else {
         return refuse(element("rotation"), "not a unit quaternion");
     };
-    let matrix = node.matrix.map(|columns| Mat4::from_cols_array(&columns));
-    if let Some(matrix) = matrix {
-        if node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() {
-            return refuse(element("matrix"), "beside translation, rotation or scale");
-        }
-        if !is_affine(&matrix) {
-            return refuse(element("matrix"), "its last row is not 0 0 0 1");
-        }
+    let given = node.matrix.map(|columns| Mat4::from_cols_array(&columns));
+    let others = node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
+    if given.is_some() && others {
+        return refuse(element("matrix"), "beside translation, rotation or scale");
+    }
+    let matrix = given.as_ref().and_then(affine);
+    if given.is_some() && matrix.is_none() {
+        return refuse(element("matrix"), "its last row is not 0 0 0 1");
     }
     Ok(Local {
         translation: Vec3::from_array(node.translation.unwrap_or_default()),
@@ -149,7 +149,11 @@ pub(super) fn unit(rotation: Quat) -> Option<Quat> {
     (off <= UNIT_TOLERANCE).then(|| rotation.normalize())
 }
 
-/// Whether the last row is 0 0 0 1.
-pub(super) fn is_affine(matrix: &Mat4) -> bool {
-    matrix.row(3).abs_diff_eq(glam::Vec4::W, 1e-5)
+/// The matrix with its last row exactly 0 0 0 1; `None` where that is not its last row up to rounding.
+pub(super) fn affine(matrix: &Mat4) -> Option<Mat4> {
+    let mut affine = *matrix;
+    for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
+        affine.col_mut(column).w = last;
+    }
+    affine.abs_diff_eq(*matrix, 1e-5).then_some(affine)
 }

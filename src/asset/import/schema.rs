@@ -211,7 +211,7 @@ impl Lengths {
             Rule::Index(array) => self.index(&value, array, at),
             Rule::Integer(least, most, step) => {
                 let number = integer(&value, at)?;
-                if !(least..=most).contains(&number) || number % step != 0 {
+                if !(least..=most).contains(&number) || !number.is_multiple_of(step) {
                     return refuse(at, format!("{number} is out of range"));
                 }
                 Ok(number.into())

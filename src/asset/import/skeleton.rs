@@ -9,7 +9,7 @@ use super::{
     accessor::{Accessor, Format},
     document::Document,
     fault::{Checked, Fault, refuse},
-    graph::{Graph, is_affine},
+    graph::{Graph, affine},
     names::Names,
 };
 use crate::asset::{Joint, Node};
@@ -203,10 +203,8 @@ fn nearly(a: &DMat4, b: &DMat4, tolerance: f64) -> bool {
 
 /// Invertible, affine: volume of the unit cube's image against its edges' lengths.
 fn check_matrix(matrix: &Mat4) -> Result<Mat4, &'static str> {
-    if !is_affine(matrix) {
-        return Err("the last row of its inverse bind matrix is not 0 0 0 1");
-    }
-    let m = matrix.as_dmat4();
+    let affine = affine(matrix).ok_or("the last row of its inverse bind matrix is not 0 0 0 1")?;
+    let m = affine.as_dmat4();
     let (x, y, z) = (
         m.x_axis.truncate(),
         m.y_axis.truncate(),
@@ -217,7 +215,7 @@ fn check_matrix(matrix: &Mat4) -> Result<Mat4, &'static str> {
     if edges < 1e-30 || volume < 1e-6 * edges || !m.inverse().as_mat4().is_finite() {
         return Err("its inverse bind matrix is singular");
     }
-    Ok(*matrix)
+    Ok(affine)
 }
 
 fn node_name(document: &Document, node: usize) -> String {
