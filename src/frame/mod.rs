@@ -1,1 +1,330 @@
 //! A frame as data: an ordered list of passes; derives barriers, adds labels and timestamps, records.
+//!
+//! [`FrameBuilder`] collects steps (passes, fills, copies) with their resources. The built [`Frame`] is submitted again
+//! and again, two submissions in flight: every submission records its command buffer in one walk over the steps, with
+//! the barriers that the declared accesses call for. After the first submissions nothing is allocated or compiled.
+
+mod build;
+mod builder;
+mod ceiling;
+mod hazard;
+mod timings;
+
+use std::{ffi::CString, ops::Range, time::Instant};
+
+pub use crate::gpu::Slot;
+pub use builder::{End, FrameBuilder, PassBuilder};
+
+use build::{Built, Command, Dispatch};
+use builder::{Extent, Resource};
+use hazard::{Hazards, Uses};
+use timings::Stamps;
+
+use crate::{
+    Error, Result,
+    gpu::{Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Recorder, Scope, Timestamps},
+};
+
+/// A run of steps in a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// Rows of the steps.
+    pub steps: Range<usize>,
+    /// What passes with [`PassBuilder::index_at`] find in their push constants: number of the sub-step, say.
+    pub index: u32,
+}
+
+/// A checked list of steps with everything that submitting it needs.
+pub struct Frame {
+    name: String,
+    label: CString,
+    steps: Vec<Built>,
+    all: [Span; 1],
+    hazards: Hazards,
+    slots: [SlotState; FRAMES_IN_FLIGHT],
+    next: usize,
+    begun: Option<Slot>,
+    profile: bool,
+    harvest: Stamps,
+    _descriptors: Option<Descriptors>,
+    /// Kept alive for the descriptor sets.
+    resources: Vec<Resource>,
+    gpu: Gpu,
+}
+
+/// What one of the frames in flight has for itself.
+struct SlotState {
+    commands: Commands,
+    timestamps: Option<Timestamps>,
+    /// Rows of the steps recorded last.
+    recorded: Vec<u32>,
+    /// Timestamps were written.
+    timed: bool,
+    submission: u64,
+    cpu_record_ns: u64,
+}
+
+impl SlotState {
+    fn new(commands: Commands, steps: usize) -> Result<Self> {
+        Ok(Self {
+            commands,
+            timestamps: None,
+            recorded: Vec::with_capacity(steps),
+            timed: false,
+            submission: 0,
+            cpu_record_ns: 0,
+        })
+    }
+}
+
+impl Frame {
+    /// Waits until the next slot is free, so that its ring buffers may be written.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] where the device was lost.
+    pub fn begin(&mut self) -> Result<Slot> {
+        if let Some(slot) = self.begun {
+            return Ok(slot);
+        }
+        let slot = self.next;
+        self.wait_for(self.slots[slot].submission)?;
+        self.harvest.take(&self.slots[slot]);
+        self.begun = Some(Slot(slot));
+        Ok(Slot(slot))
+    }
+
+    /// Records all steps in order and submits them; does not wait.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] where recording or submitting fails.
+    pub fn submit(&mut self) -> Result<()> {
+        let all = std::mem::replace(
+            &mut self.all,
+            [Span {
+                steps: 0..0,
+                index: 0,
+            }],
+        );
+        let submitted = self.submit_spans(&all);
+        self.all = all;
+        submitted
+    }
+
+    /// Records runs of steps, some perhaps several times or not at all, and submits them; does not wait.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for steps that do not exist; [`Error::Vulkan`] where recording or submitting fails.
+    pub fn submit_spans(&mut self, spans: &[Span]) -> Result<()> {
+        let slot = self.begin()?;
+        let count = self.count(spans)?;
+        self.prepare_timestamps(slot, count)?;
+        let before = Instant::now();
+        let touched = self.record(slot, spans);
+        let state = &mut self.slots[slot.0];
+        state.timed = false;
+        touched?;
+        state.cpu_record_ns = before.elapsed().as_nanos() as u64;
+        state.submission = state.commands.submit(&self.name)?;
+        state.timed = self.profile;
+        (self.begun, self.next) = (None, (slot.0 + 1) % FRAMES_IN_FLIGHT);
+        Ok(())
+    }
+
+    /// Waits for all submissions of this frame.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] where the device was lost.
+    pub fn wait(&mut self) -> Result<()> {
+        let newest = self.slots.iter().map(|s| s.submission).max();
+        self.wait_for(newest.unwrap_or(0))?;
+        self.gpu.shared.collect();
+        Ok(())
+    }
+
+    /// Submits and waits, for work that is done once.
+    ///
+    /// # Errors
+    /// As [`Frame::submit`] and [`Frame::wait`].
+    pub fn run(&mut self) -> Result<()> {
+        self.submit()?;
+        self.wait()
+    }
+
+    /// Nanoseconds that recording the last submission took on the CPU; needs no profile.
+    pub fn cpu_record_ns(&self) -> u64 {
+        let newest = self.slots.iter().max_by_key(|s| s.submission);
+        newest.map_or(0, |s| s.cpu_record_ns)
+    }
+
+    /// Takes timestamps from the next submission on, or stops; without effect where the device has none.
+    pub fn set_profile(&mut self, profile: bool) {
+        self.profile = profile && self.gpu.features().timestamps;
+    }
+
+    /// Changes the push constants of a step from the next submission on.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where the step is no pass or has another number of bytes.
+    pub fn set_constants<T: bytemuck::NoUninit>(
+        &mut self,
+        step: usize,
+        constants: &T,
+    ) -> Result<()> {
+        let bytes = bytemuck::bytes_of(constants);
+        let dispatch = self.dispatch(step)?;
+        if bytes.len() != dispatch.constants.len() {
+            let reason = format!(
+                "{} bytes of push constants, not {}",
+                dispatch.constants.len(),
+                bytes.len()
+            );
+            return Err(Error::argument(format!("step {step}"), reason));
+        }
+        dispatch.constants.copy_from_slice(bytes);
+        Ok(())
+    }
+
+    /// Changes the number of items of a step from the next submission on.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where the step is no pass; [`Error::Pass`] for more workgroups than the device has.
+    pub fn set_items(&mut self, step: usize, items: u32) -> Result<()> {
+        let declaration = self.dispatch(step)?.pipeline.declaration;
+        let groups = [items.div_ceil(declaration.local_size[0].max(1)), 1, 1];
+        build::check_groups(&self.gpu, declaration.name, groups)?;
+        self.dispatch(step)?.extent = Extent::Groups(groups);
+        Ok(())
+    }
+
+    fn dispatch(&mut self, step: usize) -> Result<&mut Dispatch> {
+        match self.steps.get_mut(step).map(|s| &mut s.command) {
+            Some(Command::Dispatch(dispatch)) => Ok(dispatch),
+            _ => Err(Error::argument(
+                format!("step {step}"),
+                format!("no pass of frame {}", self.name),
+            )),
+        }
+    }
+
+    fn wait_for(&self, submission: u64) -> Result<()> {
+        let shared = &self.gpu.shared;
+        shared.queue.wait(&shared.device, submission, &self.name)
+    }
+
+    fn count(&self, spans: &[Span]) -> Result<u32> {
+        let wrong = spans.iter().find(|s| s.steps.end > self.steps.len());
+        if let Some(span) = wrong {
+            let reason = format!("steps {:?} of {}", span.steps, self.steps.len());
+            return Err(Error::argument(
+                format!("span of frame {}", self.name),
+                reason,
+            ));
+        }
+        Ok(spans.iter().map(|s| s.steps.len() as u32).sum())
+    }
+
+    /// Makes room for one timestamp more than there are steps; allocates only when there are more steps than ever before.
+    fn prepare_timestamps(&mut self, slot: Slot, count: u32) -> Result<()> {
+        let state = &mut self.slots[slot.0];
+        let room = state.timestamps.as_ref().map_or(0, |t| t.capacity);
+        if self.profile && room <= count {
+            state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 1)?);
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, slot: Slot, spans: &[Span]) -> Result<()> {
+        let Self {
+            slots,
+            steps,
+            hazards,
+            resources,
+            ..
+        } = self;
+        let state = &mut slots[slot.0];
+        let timestamps = state.timestamps.as_ref().filter(|_| self.profile);
+        let recorder = state.commands.begin(&self.name)?;
+        state.recorded.clear();
+        hazards.clear();
+        recorder.begin_label(&self.label);
+        if let Some(timestamps) = timestamps {
+            recorder.reset(timestamps);
+        }
+        // The frame before may still run, and whatever it did comes first.
+        recorder.barrier(Scope::ALL, Scope::ALL);
+        if let Some(timestamps) = timestamps {
+            recorder.timestamp(timestamps, 0);
+        }
+        let mut mapped = Uses::default();
+        for span in spans {
+            for row in span.steps.clone() {
+                let step = &steps[row];
+                recorder.begin_label(&step.label);
+                if let Some(barrier) = hazards.step(&step.uses) {
+                    let (from, to) = barrier.scopes();
+                    recorder.barrier(from, to);
+                }
+                step.record(&recorder, resources, slot.0, span.index);
+                recorder.end_label();
+                state.recorded.push(row as u32);
+                if let Some(timestamps) = timestamps {
+                    recorder.timestamp(timestamps, state.recorded.len() as u32);
+                }
+                mapped = mapped.with(step.mapped_writes(resources));
+            }
+        }
+        if !mapped.is_empty() {
+            recorder.barrier(mapped.scope(), Scope::HOST);
+        }
+        recorder.end_label();
+        recorder.end(&self.name)
+    }
+}
+
+impl Built {
+    fn record(&self, recorder: &Recorder<'_>, resources: &[Resource], slot: usize, index: u32) {
+        let buffer = |row: usize| resources[row].buffer(slot);
+        match &self.command {
+            Command::Dispatch(dispatch) => dispatch.record(recorder, resources, slot, index),
+            Command::Fill { to, value } => {
+                if let Some(to) = buffer(*to) {
+                    recorder.fill(to, *value);
+                }
+            }
+            Command::Copy { from, to, bytes } => {
+                if let Some((from, to)) = buffer(*from).zip(buffer(*to)) {
+                    recorder.copy((from, 0), (to, 0), *bytes);
+                }
+            }
+        }
+    }
+
+    /// How it writes what the CPU may look at.
+    fn mapped_writes(&self, resources: &[Resource]) -> Uses {
+        let mapped = self.uses.iter().filter(|u| resources[u.0].is_mapped());
+        mapped.fold(Uses::default(), |all, u| all.with(u.1.writes()))
+    }
+}
+
+impl Dispatch {
+    fn record(&self, recorder: &Recorder<'_>, resources: &[Resource], slot: usize, index: u32) {
+        let mut constants = [0; crate::gpu::PUSH_CONSTANTS as usize];
+        let constants = &mut constants[..self.constants.len()];
+        constants.copy_from_slice(&self.constants);
+        if let Some(byte) = self.index_at {
+            constants[byte..byte + 4].copy_from_slice(&index.to_ne_bytes());
+        }
+        recorder.bind(&self.pipeline, self.sets[slot], constants);
+        match self.extent {
+            Extent::Groups(groups) => recorder.dispatch(groups),
+            Extent::Indirect(row, offset) => {
+                if let Some(buffer) = resources[row].buffer(slot) {
+                    recorder.dispatch_indirect(buffer, offset);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

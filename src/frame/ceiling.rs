@@ -1,0 +1,1 @@
+//! What the device can do at best, measured in the same run as everything else.

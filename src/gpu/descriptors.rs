@@ -1,0 +1,143 @@
+//! Descriptor sets of a frame, allocated and written once.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{
+    declare::Access,
+    fault::Subject,
+    pipeline::Pipeline,
+    shared::{Grave, Shared},
+};
+use crate::Result;
+
+/// What a binding points to.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    /// A whole buffer.
+    Buffer(vk::Buffer),
+    /// A 3D image in the general layout.
+    Image(vk::ImageView),
+}
+
+/// A pool with room for exactly the sets of one frame; given back once the device is done with it.
+pub(crate) struct Descriptors {
+    shared: Arc<Shared>,
+    pool: vk::DescriptorPool,
+}
+
+impl Descriptors {
+    /// A pool for `copies` sets of each pipeline; `None` where no pipeline has a binding.
+    pub(crate) fn new(
+        shared: &Arc<Shared>,
+        subject: &str,
+        pipelines: &[Arc<Pipeline>],
+        copies: u32,
+    ) -> Result<Option<Self>> {
+        let accesses = || {
+            pipelines
+                .iter()
+                .flat_map(|p| p.declaration.bindings)
+                .map(|b| b.access)
+        };
+        let size = |access: Access| {
+            let ty = access.descriptor();
+            let count = accesses().filter(|a| a.descriptor() == ty).count() as u32 * copies;
+            vk::DescriptorPoolSize {
+                ty,
+                descriptor_count: count,
+            }
+        };
+        let kinds = [
+            Access::Read,
+            Access::Uniform,
+            Access::Sampled,
+            Access::ImageWrite,
+        ];
+        let sizes: Vec<_> = kinds
+            .map(size)
+            .into_iter()
+            .filter(|s| s.descriptor_count > 0)
+            .collect();
+        if sizes.is_empty() {
+            return Ok(None);
+        }
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(pipelines.len() as u32 * copies)
+            .pool_sizes(&sizes);
+        // SAFETY: the device is alive.
+        let pool = unsafe { shared.device.create_descriptor_pool(&info, None) };
+        let pool = pool.subject("vkCreateDescriptorPool", subject)?;
+        let shared = shared.clone();
+        Ok(Some(Self { shared, pool }))
+    }
+
+    /// A set with one target a binding of the pipeline. The caller keeps the targets alive while it uses the set.
+    pub(crate) fn set(&self, pipeline: &Pipeline, targets: &[Target]) -> Result<vk::DescriptorSet> {
+        let device = &self.shared.device;
+        let layouts = [pipeline.set_layout];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(self.pool)
+            .set_layouts(&layouts);
+        let name = pipeline.declaration.name;
+        // SAFETY: pool and layout are alive; `&self` of a pool is used by one thread at a time since frames are not shared.
+        let sets = unsafe { device.allocate_descriptor_sets(&info) }
+            .subject("vkAllocateDescriptorSets", name)?;
+        for (row, (binding, target)) in pipeline
+            .declaration
+            .bindings
+            .iter()
+            .zip(targets)
+            .enumerate()
+        {
+            self.write(sets[0], row as u32, binding.access, *target);
+        }
+        Ok(sets[0])
+    }
+
+    fn write(&self, set: vk::DescriptorSet, row: u32, access: Access, target: Target) {
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(row)
+            .descriptor_type(access.descriptor());
+        // SAFETY (both): set and target are alive, the type is that of the layout, the set is not in use yet.
+        match target {
+            Target::Buffer(buffer) => {
+                let info = [vk::DescriptorBufferInfo {
+                    buffer,
+                    offset: 0,
+                    range: vk::WHOLE_SIZE,
+                }];
+                // SAFETY: see above.
+                unsafe {
+                    self.shared
+                        .device
+                        .update_descriptor_sets(&[write.buffer_info(&info)], &[])
+                };
+            }
+            Target::Image(image_view) => {
+                let info = [vk::DescriptorImageInfo {
+                    sampler: self.shared.sampler,
+                    image_view,
+                    image_layout: vk::ImageLayout::GENERAL,
+                }];
+                // SAFETY: see above.
+                unsafe {
+                    self.shared
+                        .device
+                        .update_descriptor_sets(&[write.image_info(&info)], &[])
+                };
+            }
+        }
+    }
+}
+
+impl Drop for Descriptors {
+    fn drop(&mut self) {
+        let pool = self.pool;
+        // SAFETY: the graveyard calls this when all submissions are done; the pool's sets go with it.
+        let destroy = move |d: &ash::Device| unsafe { d.destroy_descriptor_pool(pool, None) };
+        self.shared.bury(Grave::Other(Box::new(destroy)));
+    }
+}

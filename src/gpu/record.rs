@@ -1,0 +1,350 @@
+//! Recording of command buffers: the Vulkan commands of dermis as safe functions.
+
+use std::{ffi::CStr, sync::Arc};
+
+use ash::vk;
+
+use super::{
+    buffer::Buffer,
+    fault::Subject,
+    image,
+    pipeline::Pipeline,
+    shared::{Grave, Shared},
+    timestamps::Timestamps,
+};
+use crate::Result;
+
+/// One side of a barrier.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Scope {
+    pub(crate) stages: vk::PipelineStageFlags,
+    pub(crate) access: vk::AccessFlags,
+}
+
+impl Scope {
+    /// Nothing before.
+    pub(crate) const NONE: Self = Self {
+        stages: vk::PipelineStageFlags::TOP_OF_PIPE,
+        access: vk::AccessFlags::empty(),
+    };
+    /// Every command.
+    pub(crate) const ALL: Self = Self {
+        stages: vk::PipelineStageFlags::ALL_COMMANDS,
+        access: vk::AccessFlags::from_raw(
+            vk::AccessFlags::MEMORY_READ.as_raw() | vk::AccessFlags::MEMORY_WRITE.as_raw(),
+        ),
+    };
+    /// Reads of mapped memory by the CPU.
+    pub(crate) const HOST: Self = Self {
+        stages: vk::PipelineStageFlags::HOST,
+        access: vk::AccessFlags::HOST_READ,
+    };
+
+    fn stages2(self) -> vk::PipelineStageFlags2 {
+        // The flags of synchronization2 begin with those of Vulkan 1.0, bit by bit.
+        vk::PipelineStageFlags2::from_raw(u64::from(self.stages.as_raw()))
+    }
+
+    fn access2(self) -> vk::AccessFlags2 {
+        vk::AccessFlags2::from_raw(u64::from(self.access.as_raw()))
+    }
+}
+
+/// A command buffer with its pool; given back once the device is done with it.
+pub(crate) struct Commands {
+    shared: Arc<Shared>,
+    pool: vk::CommandPool,
+    raw: vk::CommandBuffer,
+}
+
+impl Commands {
+    pub(crate) fn new(shared: &Arc<Shared>, subject: &str) -> Result<Self> {
+        let device = &shared.device;
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(shared.physical.family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: the device is alive and has a queue of this family.
+        let pool = unsafe { device.create_command_pool(&info, None) }
+            .subject("vkCreateCommandPool", subject)?;
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool)
+            .command_buffer_count(1);
+        // SAFETY: the pool was just made; where the allocation fails it is destroyed, and nobody else has it.
+        let raw = unsafe {
+            let buffers = device.allocate_command_buffers(&info);
+            buffers.inspect_err(|_| device.destroy_command_pool(pool, None))
+        };
+        let raw = raw.subject("vkAllocateCommandBuffers", subject)?[0];
+        shared.name(raw, subject);
+        Ok(Self {
+            shared: shared.clone(),
+            pool,
+            raw,
+        })
+    }
+
+    /// Starts afresh. The previous submission has to be done, which is why this is for the modules that wait.
+    pub(crate) fn begin(&mut self, subject: &str) -> Result<Recorder<'_>> {
+        let device = &self.shared.device;
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the callers waited for the previous submission, so the pool's only buffer is not pending.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .subject("vkResetCommandPool", subject)?;
+            device
+                .begin_command_buffer(self.raw, &info)
+                .subject("vkBeginCommandBuffer", subject)?;
+        }
+        let shared = &self.shared;
+        Ok(Recorder {
+            shared,
+            raw: self.raw,
+        })
+    }
+
+    /// Submits what was recorded; gives the submission's number.
+    pub(crate) fn submit(&mut self, subject: &str) -> Result<u64> {
+        self.shared
+            .queue
+            .submit(&self.shared.device, self.raw, subject)
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        let pool = self.pool;
+        // SAFETY: the graveyard calls this when all submissions are done; destroying the pool frees its buffer.
+        let destroy = move |d: &ash::Device| unsafe { d.destroy_command_pool(pool, None) };
+        self.shared.bury(Grave::Other(Box::new(destroy)));
+    }
+}
+
+/// Records, submits and waits. What it records comes after all that was submitted before, and the CPU sees its results.
+pub(crate) fn immediate(
+    shared: &Arc<Shared>,
+    subject: &str,
+    record: impl FnOnce(&Recorder<'_>) -> Result<()>,
+) -> Result<()> {
+    let mut commands = Commands::new(shared, subject)?;
+    let recorder = commands.begin(subject)?;
+    recorder.barrier(Scope::ALL, Scope::ALL);
+    record(&recorder)?;
+    recorder.barrier(Scope::ALL, Scope::HOST);
+    recorder.end(subject)?;
+    let number = commands.submit(subject)?;
+    shared.queue.wait(&shared.device, number, subject)
+}
+
+/// A command buffer that is being recorded.
+pub(crate) struct Recorder<'a> {
+    pub(crate) shared: &'a Shared,
+    /// For commands that this type does not offer.
+    pub(crate) raw: vk::CommandBuffer,
+}
+
+impl Recorder<'_> {
+    /// A memory barrier over all resources.
+    pub(crate) fn barrier(&self, from: Scope, to: Scope) {
+        match &self.shared.sync2 {
+            Some(sync2) => {
+                let barrier = [vk::MemoryBarrier2::default()
+                    .src_stage_mask(from.stages2())
+                    .src_access_mask(from.access2())
+                    .dst_stage_mask(to.stages2())
+                    .dst_access_mask(to.access2())];
+                let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+                // SAFETY: the command buffer is being recorded; the extension is on.
+                unsafe { sync2.cmd_pipeline_barrier2(self.raw, &info) }
+            }
+            None => {
+                let barrier = [vk::MemoryBarrier::default()
+                    .src_access_mask(from.access)
+                    .dst_access_mask(to.access)];
+                // SAFETY: the command buffer is being recorded; the stages are not empty.
+                unsafe { self.pipeline_barrier(from, to, &barrier, &[]) }
+            }
+        }
+    }
+
+    /// Changes the layout of all of a colour image.
+    pub(crate) fn transition(
+        &self,
+        image: vk::Image,
+        from: Scope,
+        to: Scope,
+        old: vk::ImageLayout,
+        new: vk::ImageLayout,
+    ) {
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .image(image)
+            .old_layout(old)
+            .new_layout(new)
+            .src_access_mask(from.access)
+            .dst_access_mask(to.access)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .subresource_range(image::all(vk::ImageAspectFlags::COLOR))];
+        // SAFETY: the command buffer is being recorded; the caller's image is alive until it is done.
+        unsafe { self.pipeline_barrier(from, to, &[], &barrier) }
+    }
+
+    /// The barrier of Vulkan 1.0.
+    ///
+    /// # Safety
+    /// The command buffer is being recorded and the images in `images` are alive until it is done.
+    unsafe fn pipeline_barrier(
+        &self,
+        from: Scope,
+        to: Scope,
+        memory: &[vk::MemoryBarrier<'_>],
+        images: &[vk::ImageMemoryBarrier<'_>],
+    ) {
+        let flags = vk::DependencyFlags::empty();
+        // SAFETY: promised by the caller.
+        unsafe {
+            let device = &self.shared.device;
+            device.cmd_pipeline_barrier(
+                self.raw,
+                from.stages,
+                to.stages,
+                flags,
+                memory,
+                &[],
+                images,
+            );
+        }
+    }
+
+    /// Sets every 32-bit word of a buffer; bytes past the last whole word stay.
+    pub(crate) fn fill(&self, buffer: &Buffer, value: u32) {
+        let bytes = buffer.bytes() / 4 * 4;
+        if bytes > 0 {
+            // SAFETY: recording; the owner of the command buffer keeps the buffer alive; the size is a multiple of 4.
+            unsafe {
+                self.shared
+                    .device
+                    .cmd_fill_buffer(self.raw, buffer.raw(), 0, bytes, value)
+            };
+        }
+    }
+
+    /// Copies a range that the caller has checked against both buffers.
+    pub(crate) fn copy(&self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
+        let region = vk::BufferCopy {
+            src_offset: from.1,
+            dst_offset: to.1,
+            size: bytes,
+        };
+        // SAFETY: recording; the owner of the command buffer keeps the buffers alive, the range lies within both.
+        unsafe {
+            self.shared
+                .device
+                .cmd_copy_buffer(self.raw, from.0.raw(), to.0.raw(), &[region])
+        };
+    }
+
+    /// Copies from a buffer's beginning into a box of a colour image in the general layout.
+    pub(crate) fn copy_to_image(&self, from: &Buffer, to: vk::Image, region: vk::BufferImageCopy) {
+        let (device, layout) = (&self.shared.device, vk::ImageLayout::GENERAL);
+        // SAFETY: recording; the owner of the command buffer keeps both alive, the callers compute the region from their sizes.
+        unsafe { device.cmd_copy_buffer_to_image(self.raw, from.raw(), to, layout, &[region]) };
+    }
+
+    /// Copies a box of a colour image in the layout `layout` to a buffer's beginning.
+    pub(crate) fn copy_from_image(
+        &self,
+        from: vk::Image,
+        layout: vk::ImageLayout,
+        to: &Buffer,
+        region: vk::BufferImageCopy,
+    ) {
+        let device = &self.shared.device;
+        // SAFETY: as in `copy_to_image`.
+        unsafe { device.cmd_copy_image_to_buffer(self.raw, from, layout, to.raw(), &[region]) };
+    }
+
+    /// Binds a pipeline, its descriptor set and its push constants, whose length the frame has checked.
+    pub(crate) fn bind(
+        &self,
+        pipeline: &Pipeline,
+        set: Option<vk::DescriptorSet>,
+        constants: &[u8],
+    ) {
+        let (device, point) = (&self.shared.device, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: recording; pipelines live as long as the device, the set was made for the pipeline's layout and lives
+        // as long as the frame, and the constants are as long as the layout's range.
+        unsafe {
+            device.cmd_bind_pipeline(self.raw, point, pipeline.raw);
+            if let Some(set) = set {
+                device.cmd_bind_descriptor_sets(self.raw, point, pipeline.layout, 0, &[set], &[]);
+            }
+            if !constants.is_empty() {
+                let stages = vk::ShaderStageFlags::COMPUTE;
+                device.cmd_push_constants(self.raw, pipeline.layout, stages, 0, constants);
+            }
+        }
+    }
+
+    /// Dispatches the bound pipeline.
+    pub(crate) fn dispatch(&self, [x, y, z]: [u32; 3]) {
+        // SAFETY: recording, a pipeline with its set is bound; the frame has checked the counts against the limits.
+        unsafe { self.shared.device.cmd_dispatch(self.raw, x, y, z) };
+    }
+
+    /// Dispatches the bound pipeline with the three counts at `offset`.
+    pub(crate) fn dispatch_indirect(&self, buffer: &Buffer, offset: u64) {
+        // SAFETY: as in `dispatch`; the frame has checked that the offset is a multiple of 4 with 12 bytes after it.
+        unsafe {
+            self.shared
+                .device
+                .cmd_dispatch_indirect(self.raw, buffer.raw(), offset)
+        };
+    }
+
+    /// Opens a label for debuggers.
+    pub(crate) fn begin_label(&self, label: &CStr) {
+        if let Some(debug) = &self.shared.debug {
+            let info = vk::DebugUtilsLabelEXT::default().label_name(label);
+            // SAFETY: recording; the label lives until the call returns.
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &info) };
+        }
+    }
+
+    /// Closes the label opened last.
+    pub(crate) fn end_label(&self) {
+        if let Some(debug) = &self.shared.debug {
+            // SAFETY: recording; every caller has opened a label.
+            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+        }
+    }
+
+    /// Makes all timestamps ready to be written.
+    pub(crate) fn reset(&self, timestamps: &Timestamps) {
+        // SAFETY: recording; the pool lives as long as the frame, whose previous use of it is done.
+        unsafe {
+            let device = &self.shared.device;
+            device.cmd_reset_query_pool(self.raw, timestamps.raw, 0, timestamps.capacity);
+        }
+    }
+
+    /// Writes a timestamp once all commands so far are done.
+    pub(crate) fn timestamp(&self, timestamps: &Timestamps, row: u32) {
+        debug_assert!(row < timestamps.capacity);
+        let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
+        // SAFETY: recording; the row is inside the pool and was reset at the beginning of the command buffer.
+        unsafe {
+            self.shared
+                .device
+                .cmd_write_timestamp(self.raw, stage, timestamps.raw, row)
+        };
+    }
+
+    /// Ends recording.
+    pub(crate) fn end(self, subject: &str) -> Result<()> {
+        // SAFETY: recording.
+        unsafe { self.shared.device.end_command_buffer(self.raw) }
+            .subject("vkEndCommandBuffer", subject)
+    }
+}
