@@ -9,6 +9,7 @@ mod interpolate;
 mod options;
 mod pose;
 mod pose_file;
+mod prepare;
 mod program;
 mod random;
 mod sheets;
