@@ -56,32 +56,43 @@ fn enclosed(mesh: &Mesh, v: usize) -> bool {
     winding.iter().any(|w| *w > 0.5)
 }
 
-/// Flags vertices where the skin is thinner than the voxels of its part's field: the field cannot tell its two sides apart.
+/// Flags vertices where the skin is a sheet thinner than the voxels of its part's field and the field turns round within
+/// it: its grid cannot tell the sheet's two sides apart.
 ///
-/// The thickness is the way from the vertex against its normal to the same component's other side.
+/// The thickness is the way from the vertex against its normal to the same component's other side. Where the field's
+/// gradients on both sides agree, as in the two layers of a garment around a limb, each vertex has its own iso-surface
+/// and nothing is wrong.
 pub(super) fn thin_sheets(mesh: &Mesh, part: &[u16], fields: &[Field]) -> Vec<bool> {
     let grid = TriangleGrid::new(mesh);
     let field_of: BTreeMap<u16, &Field> = fields.iter().map(|f| (f.joint, f)).collect();
     (0..mesh.positions.len())
         .into_par_iter()
         .map(|v| {
-            let Some(field) = field_of.get(&part[v]) else {
-                return false;
-            };
-            let inward = -mesh.normals[v].as_dvec3();
-            let along = field.bounds.axes.transpose() * mesh.normals[v];
-            let voxel = (along * field.bounds.size).length() / (GRID - 1) as f32;
-            let other_side = |t: usize| {
-                let corners = mesh.triangles[t];
-                mesh.components[corners[0] as usize] == mesh.components[v]
-                    && !corners.contains(&(v as u32))
-                    && faces(mesh, corners, inward)
-            };
-            let origin = mesh.positions[v].as_dvec3();
-            grid.first_hit(origin, inward, f64::from(voxel), other_side)
-                .is_some()
+            field_of
+                .get(&part[v])
+                .is_some_and(|field| is_thin(mesh, &grid, field, v))
         })
         .collect()
+}
+
+fn is_thin(mesh: &Mesh, grid: &TriangleGrid, field: &Field, v: usize) -> bool {
+    let normal = mesh.normals[v];
+    let along = field.bounds.axes.transpose() * normal;
+    let voxel = (along * field.bounds.size).length() / (GRID - 1) as f32;
+    let inward = -normal.as_dvec3();
+    let other_side = |t: usize| {
+        let corners = mesh.triangles[t];
+        mesh.components[corners[0] as usize] == mesh.components[v]
+            && !corners.contains(&(v as u32))
+            && faces(mesh, corners, inward)
+    };
+    let origin = mesh.positions[v];
+    grid.first_hit(origin.as_dvec3(), inward, f64::from(voxel), other_side)
+        .is_some_and(|(thickness, _)| {
+            let here = field.evaluate(origin).1;
+            let there = field.evaluate(origin - normal * thickness as f32).1;
+            here.dot(there) <= 0.0
+        })
 }
 
 /// Whether a triangle's front looks along `direction`: a ray from inside leaves through it.
@@ -127,7 +138,7 @@ mod tests {
         field::{FieldBox, Hrbf},
         rig::{bones::tests::cuboid, skeleton::tests::skeleton},
     };
-    use glam::{Mat3, Vec3};
+    use glam::{DVec3, Mat3, Vec3};
 
     fn join(parts: &[Mesh]) -> Mesh {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
@@ -174,31 +185,73 @@ mod tests {
         assert_eq!(flags.iter().filter(|f| **f).count(), 192);
     }
 
-    #[test]
-    fn sheets_thinner_than_a_voxel_are_flagged() {
-        let field = Field {
+    /// A plate of `n` × `n` cells around the origin, `thickness` high.
+    fn plate(n: u32, thickness: f32) -> Mesh {
+        let mut sides = Vec::new();
+        for z in [-0.5f32, 0.5] {
+            let at = |i: u32| i as f32 / n as f32 * 2.0 - 1.0;
+            let cell = |i: u32, j: u32| j * (n + 1) + i;
+            let points = (0..(n + 1) * (n + 1))
+                .map(|k| Vec3::new(at(k % (n + 1)), at(k / (n + 1)), z * thickness));
+            let triangles = (0..n * n).flat_map(|k| {
+                let (i, j) = (k % n, k / n);
+                let q = [
+                    cell(i, j),
+                    cell(i + 1, j),
+                    cell(i + 1, j + 1),
+                    cell(i, j + 1),
+                ];
+                let [a, b, c, d] = if z > 0.0 { q } else { [q[3], q[2], q[1], q[0]] };
+                [[a, b, c], [a, c, d]]
+            });
+            sides.push(Mesh::new(points.collect(), triangles.collect()));
+        }
+        // The two sides count as one component, as if joined at the rim.
+        let mut mesh = join(&sides);
+        mesh.components.fill(0);
+        mesh
+    }
+
+    /// A field around the plate's middle with one centre a side, so that d ≈ |z| or d ≈ z.
+    fn field(one_sided: bool) -> Field {
+        let up = if one_sided { DVec3::NEG_Z } else { DVec3::Z };
+        Field {
             joint: 1,
-            segments: vec![],
-            radius: 1.0,
+            segments: vec![[Vec3::NEG_X, Vec3::X]],
+            radius: 2.0,
             bounds: FieldBox {
-                origin: Vec3::splat(-1.0),
+                origin: Vec3::splat(-1.55),
                 axes: Mat3::IDENTITY,
                 size: Vec3::splat(31.0 * 0.1),
             },
-            hrbf: Hrbf::default(),
-        };
-        let thin = cuboid(Vec3::ZERO, Vec3::new(1.0, 1.0, 0.03));
-        let thick = cuboid(Vec3::Y * 5.0, Vec3::new(1.0, 6.0, 0.5));
-        let mut mesh = join(&[thin, thick]);
-        for (n, p) in mesh.normals.iter_mut().zip(&mesh.positions) {
-            // Corner normals of a box are diagonal; a sheet's are not.
-            *n = if p.z > 0.0 { Vec3::Z } else { Vec3::NEG_Z };
+            // d = 3 |x - c| (β · (x - c)) summed over both centres.
+            hrbf: Hrbf {
+                origin: DVec3::ZERO,
+                scale: 1.0,
+                centers: vec![DVec3::Z, DVec3::NEG_Z],
+                lambda: vec![0.0; 2],
+                beta: vec![up, DVec3::NEG_Z],
+            },
         }
-        let flags = thin_sheets(&mesh, &[1; 16], &[field]);
-        assert!(flags[..8].iter().filter(|f| **f).count() >= 4, "{flags:?}");
-        assert!(flags[8..].iter().all(|f| !f));
-        let none = thin_sheets(&mesh, &[0; 16], &[]);
-        assert!(none.iter().all(|f| !f));
+    }
+
+    #[test]
+    fn a_sheet_is_flagged_where_it_is_thin_and_the_field_turns_round_in_it() {
+        let count = |thickness, one_sided| {
+            let mesh = plate(6, thickness);
+            let part = vec![1; mesh.positions.len()];
+            let flags = thin_sheets(&mesh, &part, &[field(one_sided)]);
+            flags.iter().filter(|f| **f).count()
+        };
+        assert_eq!(count(0.05, false), 2 * 49);
+        assert_eq!(count(0.2, false), 0, "thicker than a voxel");
+        assert_eq!(count(0.05, true), 0, "the field runs through");
+        let mesh = plate(6, 0.05);
+        assert!(
+            thin_sheets(&mesh, &[0; 98], &[field(false)])
+                .iter()
+                .all(|f| !f)
+        );
     }
 
     #[test]
