@@ -14,6 +14,7 @@ mod memory;
 mod physical;
 mod pipeline;
 mod queue;
+pub(crate) mod raster;
 mod record;
 mod shared;
 mod spirv;
@@ -34,7 +35,10 @@ pub use memory::Class;
 pub use physical::DeviceSelector;
 
 pub(crate) use descriptors::{Descriptors, Target};
-#[allow(unused_imports, reason = "modules that talk to Vulkan themselves name their failures with it")]
+#[allow(
+    unused_imports,
+    reason = "modules that talk to Vulkan themselves name their failures with it"
+)]
 pub(crate) use fault::Subject;
 pub(crate) use image::Image;
 pub(crate) use pipeline::Pipeline;

@@ -14,7 +14,8 @@ pub enum Shading {
     Skin,
     /// The state that projection left each vertex in ([`STATES`]).
     State,
-    /// Distance of the field from its rest value, |f − iso|, on a scale from 0 to [`ERROR_SCALE`].
+    /// Distance of the field from its rest value, |f − iso|, on a scale from 0 to [`ERROR_SCALE`]; grey where no
+    /// field holds the vertex (states untouched and outside).
     Error,
     /// Part of the character that the vertex belongs to.
     Bone,
@@ -106,8 +107,12 @@ pub fn colours(shading: Shading, skin: &Attributes) -> Result<Vec<Vec3>> {
         Shading::Error => {
             expect("field", skin.field.len())?;
             expect("iso", skin.iso.len())?;
-            let errors = skin.field.iter().zip(skin.iso).map(|(f, iso)| f - iso);
-            errors.map(|e| error_colour(e.abs())).collect()
+            expect("state", skin.state.len())?;
+            let error = |v: usize| match skin.state[v] {
+                0 | 3 => state_colour(0),
+                _ => error_colour((skin.field[v] - skin.iso[v]).abs()),
+            };
+            (0..count).map(error).collect()
         }
         Shading::Bone => {
             expect("bone", skin.bone.len())?;
@@ -210,6 +215,22 @@ mod tests {
         for bone in 0..80 {
             assert!((1..6).all(|d| apart(bone_colour(bone), bone_colour(bone + d))));
         }
+    }
+
+    #[test]
+    fn only_vertices_that_a_field_holds_have_an_error() {
+        let skin = Attributes {
+            normals: &[Vec3::Z; 4],
+            field: &[0.5, 0.5, 0.5, 0.5],
+            iso: &[0.4, 0.4, 0.4, 0.5],
+            state: &[0, 3, 1, 1],
+            bone: &[],
+        };
+        let grey = state_colour(0);
+        let expected = [grey, grey, error_colour(0.1), error_colour(0.0)];
+        let found = colours(Shading::Error, &skin).unwrap();
+        let near = |(a, b): (&Vec3, Vec3)| a.distance(b) < 1e-4;
+        assert!(found.iter().zip(expected).all(near), "{found:?}");
     }
 
     #[test]

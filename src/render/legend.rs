@@ -38,7 +38,7 @@ fn error_scale(picture: &mut Picture) {
         let rgb = colour::encode(colour::error_colour(error));
         picture.rectangle(MARGIN + x, top + text, 1, SWATCH, rgb);
     }
-    let most = format!("{ERROR_SCALE}");
+    let most = format!("{ERROR_SCALE}+");
     let (below, right) = (top + text + SWATCH + 4, MARGIN + RAMP);
     picture.text(MARGIN, below, TEXT_SCALE, INK, "0");
     let left = right.saturating_sub(text_width(&most, TEXT_SCALE));

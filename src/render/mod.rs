@@ -1,6 +1,6 @@
 //! Offscreen pictures of deformed characters.
 //!
-//! Data flow: attributes of a skin → [`colours`] → [`Picture`] → [`sheet`].
+//! Data flow: attributes of a skin → [`colours`] → [`Scene`] → [`Renderer::draw`] → [`Picture`] → [`sheet`].
 //! Nothing here writes files: a picture is pixels, and who asked for it encodes them.
 
 mod camera;
@@ -8,8 +8,13 @@ mod colour;
 mod font;
 mod legend;
 mod picture;
+mod renderer;
 
 pub use camera::{Bounds, Camera, Projection, View};
 pub use colour::{Attributes, ERROR_SCALE, STATES, Shading, colours};
 pub use legend::legend;
 pub use picture::{Picture, sheet};
+pub use renderer::{Background, Renderer, Scene};
+
+#[cfg(test)]
+mod tests;
