@@ -6,6 +6,8 @@ use super::{Csr, Mesh};
 
 /// Most cells along an axis.
 const CELLS: f64 = 96.0;
+/// Most entries a triangle, on average; long triangles must not fill the whole grid.
+const ENTRIES: usize = 64;
 
 /// Triangles of a mesh by the grid cells that their bounding boxes meet.
 #[derive(Debug)]
@@ -34,23 +36,42 @@ impl<'a> TriangleGrid<'a> {
             mesh,
             origin: low,
             cell,
-            extent: (padded / cell).floor().as_ivec3() + 1,
+            extent: IVec3::ONE,
             cells: Csr::default(),
         };
-        let mut rows = vec![Vec::new(); grid.extent.element_product() as usize];
-        for (row, t) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
-            let (from, to) = (grid.locate(a.min(b).min(c)), grid.locate(a.max(b).max(c)));
+        loop {
+            grid.extent = (padded / grid.cell).floor().as_ivec3() + 1;
+            let boxes = mesh.triangles.iter().map(|t| grid.cells_of(*t));
+            let entries = boxes.map(|(from, to)| (to - from + 1).element_product() as usize);
+            if entries.sum::<usize>() <= ENTRIES * mesh.triangles.len() || grid.extent == IVec3::ONE
+            {
+                break;
+            }
+            grid.cell *= 2.0;
+        }
+        grid.fill();
+        grid
+    }
+
+    /// Cells that a triangle's bounding box meets, both ends included.
+    fn cells_of(&self, triangle: [u32; 3]) -> (IVec3, IVec3) {
+        let [a, b, c] = triangle.map(|v| self.mesh.positions[v as usize].as_dvec3());
+        (self.locate(a.min(b).min(c)), self.locate(a.max(b).max(c)))
+    }
+
+    fn fill(&mut self) {
+        let mut rows = vec![Vec::new(); self.extent.element_product() as usize];
+        for (row, t) in self.mesh.triangles.iter().enumerate() {
+            let (from, to) = self.cells_of(*t);
             for z in from.z..=to.z {
                 for y in from.y..=to.y {
                     for x in from.x..=to.x {
-                        rows[grid.index(IVec3::new(x, y, z))].push(row as u32);
+                        rows[self.index(IVec3::new(x, y, z))].push(row as u32);
                     }
                 }
             }
         }
-        grid.cells = Csr::from_rows(&rows);
-        grid
+        self.cells = Csr::from_rows(&rows);
     }
 
     /// Nearest hit of `origin + t direction` with t in (0, `limit`], among the triangles that `accept` takes.
@@ -219,5 +240,24 @@ mod tests {
         );
         assert!(grid.first_hit(DVec3::ZERO, up, 9.0, |r| r != row).is_none());
         assert!(grid.first_hit(DVec3::Z * 5.0, up, 9.0, |_| true).is_none());
+    }
+
+    #[test]
+    fn long_triangles_do_not_fill_the_grid() {
+        let n = 3000u32;
+        let p = (0..3 * n).map(|k| {
+            let x = f64::from(k) * 0.7;
+            DVec3::new(x.sin(), (1.3 * x).cos(), (1.7 * x).sin()).as_vec3()
+        });
+        let mesh = Mesh::new(
+            p.collect(),
+            (0..n).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+        );
+        let grid = TriangleGrid::new(&mesh);
+        assert!(grid.cells.items.len() <= ENTRIES * n as usize);
+        assert!(
+            grid.first_hit(DVec3::splat(-2.0), DVec3::ONE, 9.0, |_| true)
+                .is_some()
+        );
     }
 }

@@ -137,7 +137,9 @@ fn scale(model: &Model) -> f32 {
 fn heat_weights_agree_with_the_artists() {
     for (name, least) in [
         ("khronos/CesiumMan.glb", 0.6),
+        ("mesh2motion/horse-animations.glb", 0.6),
         ("mesh2motion/human-male.glb", 0.6),
+        ("mesh2motion/human-sintel.glb", 0.6),
     ] {
         let Some(model) = character(name) else { return };
         let skeleton = Skeleton::from_model(&model).unwrap();
@@ -148,8 +150,7 @@ fn heat_weights_agree_with_the_artists() {
         let heat = Weights::from_lists(&heat_weights(&welded.mesh, &skeleton, &vec![true; n]));
         let seconds = started.elapsed().as_secs_f32();
         let (mut same, mut near) = (0, 0);
-        for v in 0..n {
-            let row = &heat.weights[v * heat.width..(v + 1) * heat.width];
+        for (v, row) in heat.weights.chunks(heat.width).enumerate() {
             assert!(row.iter().all(|w| *w >= 0.0));
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{name} {v}");
             let artist = usize::from(model.influences[first[v] as usize][0].joint);

@@ -17,6 +17,8 @@ const KEPT: usize = 4;
 const LEAST_EDGE: f64 = 1e-3;
 /// Least distance to a bone, as a share of the bounding box's diagonal.
 const LEAST_DISTANCE: f64 = 1e-4;
+/// Least area of a vertex, as a share of the diagonal's square: a vertex without triangle has none.
+const LEAST_AREA: f64 = 1e-12;
 /// Relative residual at which the solver stops.
 const TOLERANCE: f64 = 1e-8;
 const MOST_ITERATIONS: usize = 5000;
@@ -62,7 +64,8 @@ struct Laplacian<'a> {
     mesh: &'a Mesh,
     edges: Vec<f32>,
     areas: Vec<f64>,
-    least_distance: f64,
+    /// Diagonal of the bounding box.
+    size: f64,
 }
 
 impl<'a> Laplacian<'a> {
@@ -71,7 +74,7 @@ impl<'a> Laplacian<'a> {
             mesh,
             edges: cotangent(mesh),
             areas: lumped_areas(mesh),
-            least_distance: LEAST_DISTANCE * f64::from(mesh.diagonal()).max(f64::MIN_POSITIVE),
+            size: f64::from(mesh.diagonal().max(f32::MIN_POSITIVE)),
         }
     }
 }
@@ -86,8 +89,8 @@ fn diffuse(
         .iter()
         .zip(sources)
         .map(|(&v, source)| {
-            let area = laplacian.areas[v as usize].max(f64::MIN_POSITIVE);
-            let distance = |s: &Nearest| s.distance.max(laplacian.least_distance);
+            let area = laplacian.areas[v as usize].max(LEAST_AREA * laplacian.size.powi(2));
+            let distance = |s: &Nearest| s.distance.max(LEAST_DISTANCE * laplacian.size);
             source.as_ref().map_or(0.0, |s| area / distance(s).powi(2))
         })
         .collect();

@@ -97,3 +97,18 @@ fn components_that_have_weights_are_left_alone() {
     assert!(lists[..n as usize].iter().all(Vec::is_empty));
     assert!(lists[n as usize..].iter().all(|l| !l.is_empty()));
 }
+
+#[test]
+fn a_vertex_without_triangle_takes_its_nearest_joint() {
+    let p = [
+        Vec3::Z,
+        Vec3::Z + Vec3::X,
+        Vec3::Z + Vec3::Y,
+        Vec3::new(1.5, 0.2, 0.0),
+    ];
+    let mesh = Mesh::new(p.to_vec(), vec![[0, 1, 2]]);
+    let lists = heat_weights(&mesh, &skeleton(), &[true; 4]);
+    let joints: Vec<u16> = lists[3].iter().map(|i| i.joint).collect();
+    assert_eq!(joints, [1]);
+    assert_eq!(lists[3][0].weight, 1.0);
+}

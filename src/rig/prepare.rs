@@ -133,6 +133,7 @@ impl Base {
         p.part.len() == vertices
             && p.geometric.len() == vertices
             && p.radius.len() == joints
+            && p.weights.width > 0
             && p.weights.joints.len() == vertices * p.weights.width
             && p.weights.weights.len() == p.weights.joints.len()
             && p.part

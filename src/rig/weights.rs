@@ -85,9 +85,12 @@ fn check(row: usize, list: &[Influence], skeleton: &Skeleton) -> Result<()> {
     if let Some(bad) = list.iter().find(|i| usize::from(i.joint) >= count) {
         return refuse(format!("joint {} of {count}", bad.joint));
     }
+    if list.is_empty() {
+        return Ok(());
+    }
     let sum: f32 = list.iter().map(|i| i.weight).sum();
     let positive = list.iter().all(|i| i.weight > 0.0);
-    if !list.is_empty() && !(positive && (sum - 1.0).abs() < 1e-3) {
+    if !positive || (sum - 1.0).abs() > 1e-3 {
         return refuse(format!("weights must be positive and sum to 1, not {sum}"));
     }
     if !list.is_sorted_by(|a, b| a.weight >= b.weight) {
