@@ -376,13 +376,18 @@ mod tests {
             {
                 return true;
             }
-            let direct = |b: &Barrier| {
-                let write = before.writes();
-                let memory = write.is_empty() || b.from.contains(write) && b.to.contains(uses);
-                let execution = b.from.stages().contains(before) || !write.is_empty();
-                memory && execution && b.to.stages().contains(uses.writes())
-            };
-            barriers[earlier + 1..=later].iter().flatten().any(direct)
+            // A write has to be seen by each of the uses, a read to be over before each of the writes.
+            let kinds = (0..6).map(|bit| Uses(1 << bit));
+            let mut waiting = kinds
+                .filter(|k| uses.contains(*k))
+                .filter(|k| !before.writes().is_empty() || Uses::WRITES.contains(*k));
+            waiting.all(|kind| {
+                let serves = |b: &Barrier| match before.writes() {
+                    Uses(0) => b.from.stages().contains(before) && b.to.stages().contains(kind),
+                    write => b.from.contains(write) && b.to.contains(kind),
+                };
+                barriers[earlier + 1..=later].iter().flatten().any(serves)
+            })
         })
     }
 }

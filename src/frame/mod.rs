@@ -327,4 +327,5 @@ impl Dispatch {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests;

@@ -8,7 +8,7 @@ use gpu_allocator::MemoryLocation;
 use super::{
     fault::{Subject, lock},
     memory::{Block, Class, Request},
-    record::{Scope, immediate},
+    record::immediate,
     shared::{Grave, Shared},
 };
 use crate::Result;
@@ -179,13 +179,8 @@ impl Image3d {
             .usage(Usage::SAMPLED | Usage::STORAGE | Usage::TRANSFER_SRC | Usage::TRANSFER_DST);
         let image = Image::new(shared, request, &info, vk::ImageAspectFlags::COLOR)?;
         immediate(shared, name, |r| {
-            r.transition(
-                image.raw,
-                Scope::NONE,
-                Scope::ALL,
-                vk::ImageLayout::UNDEFINED,
-                vk::ImageLayout::GENERAL,
-            );
+            let (old, new) = (vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            r.transition(image.raw, old, new);
             Ok(())
         })?;
         Ok(Self(Arc::new(Inner {

@@ -277,4 +277,5 @@ fn compute(
 
 #[cfg(test)]
 #[path = "pipeline_tests.rs"]
+#[allow(clippy::unwrap_used)]
 mod tests;

@@ -22,11 +22,6 @@ pub(crate) struct Scope {
 }
 
 impl Scope {
-    /// Nothing before.
-    pub(crate) const NONE: Self = Self {
-        stages: vk::PipelineStageFlags::TOP_OF_PIPE,
-        access: vk::AccessFlags::empty(),
-    };
     /// Every command.
     pub(crate) const ALL: Self = Self {
         stages: vk::PipelineStageFlags::ALL_COMMANDS,
@@ -168,26 +163,20 @@ impl Recorder<'_> {
         }
     }
 
-    /// Changes the layout of all of a colour image.
-    pub(crate) fn transition(
-        &self,
-        image: vk::Image,
-        from: Scope,
-        to: Scope,
-        old: vk::ImageLayout,
-        new: vk::ImageLayout,
-    ) {
+    /// Changes the layout of all of a colour image, between all commands before and all after.
+    pub(crate) fn transition(&self, image: vk::Image, old: vk::ImageLayout, new: vk::ImageLayout) {
+        let all = Scope::ALL;
         let barrier = [vk::ImageMemoryBarrier::default()
             .image(image)
             .old_layout(old)
             .new_layout(new)
-            .src_access_mask(from.access)
-            .dst_access_mask(to.access)
+            .src_access_mask(all.access)
+            .dst_access_mask(all.access)
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .subresource_range(image::all(vk::ImageAspectFlags::COLOR))];
         // SAFETY: the command buffer is being recorded; the caller's image is alive until it is done.
-        unsafe { self.pipeline_barrier(from, to, &[], &barrier) }
+        unsafe { self.pipeline_barrier(all, all, &[], &barrier) }
     }
 
     /// The barrier of Vulkan 1.0.
@@ -245,22 +234,21 @@ impl Recorder<'_> {
         };
     }
 
-    /// Copies from a buffer's beginning into a box of a colour image in the general layout.
+    /// Copies from a buffer's beginning into a box of a colour image in the layout for transfers to it.
     pub(crate) fn copy_to_image(&self, from: &Buffer, to: vk::Image, region: vk::BufferImageCopy) {
-        let (device, layout) = (&self.shared.device, vk::ImageLayout::GENERAL);
+        let (device, layout) = (&self.shared.device, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         // SAFETY: recording; the owner of the command buffer keeps both alive, the callers compute the region from their sizes.
         unsafe { device.cmd_copy_buffer_to_image(self.raw, from.raw(), to, layout, &[region]) };
     }
 
-    /// Copies a box of a colour image in the layout `layout` to a buffer's beginning.
+    /// Copies a box of a colour image in the layout for transfers from it to a buffer's beginning.
     pub(crate) fn copy_from_image(
         &self,
         from: vk::Image,
-        layout: vk::ImageLayout,
         to: &Buffer,
         region: vk::BufferImageCopy,
     ) {
-        let device = &self.shared.device;
+        let (device, layout) = (&self.shared.device, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
         // SAFETY: as in `copy_to_image`.
         unsafe { device.cmd_copy_image_to_buffer(self.raw, from, layout, to.raw(), &[region]) };
     }

@@ -298,4 +298,5 @@ impl<'a> Module<'a> {
 
 #[cfg(test)]
 #[path = "spirv_tests.rs"]
+#[allow(clippy::unwrap_used)]
 mod tests;

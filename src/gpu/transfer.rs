@@ -17,6 +17,9 @@ use crate::Result;
 /// Most bytes that a staging buffer has, unless one slice of an image needs more.
 pub(crate) const CHUNK: u64 = 4 << 20;
 
+/// Layout of 3D images outside of transfers.
+const GENERAL: vk::ImageLayout = vk::ImageLayout::GENERAL;
+
 fn staging(shared: &Arc<Shared>, location: MemoryLocation, bytes: u64) -> Result<Buffer> {
     let request = Request {
         name: "gpu.staging",
@@ -119,7 +122,10 @@ pub(crate) fn upload_image(shared: &Arc<Shared>, to: &Image3d, bytes: &[u8]) -> 
     for (chunk, part) in bytes.chunks(slices.bytes as usize).enumerate() {
         staging.write(0, part)?;
         immediate(shared, to.name(), |r| {
+            let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+            r.transition(to.raw(), GENERAL, layout);
             r.copy_to_image(&staging, to.raw(), slices.region(to, chunk));
+            r.transition(to.raw(), layout, GENERAL);
             Ok(())
         })?;
     }
@@ -133,7 +139,10 @@ pub(crate) fn download_image(shared: &Arc<Shared>, from: &Image3d) -> Result<Vec
     for (chunk, part) in bytes.chunks_mut(slices.bytes as usize).enumerate() {
         immediate(shared, from.name(), |r| {
             let region = slices.region(from, chunk);
-            r.copy_from_image(from.raw(), vk::ImageLayout::GENERAL, &staging, region);
+            let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+            r.transition(from.raw(), GENERAL, layout);
+            r.copy_from_image(from.raw(), &staging, region);
+            r.transition(from.raw(), layout, GENERAL);
             Ok(())
         })?;
         staging.read(0, part)?;

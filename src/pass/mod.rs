@@ -1,1 +1,4 @@
 //! One file a GPU pass: what it reads and writes, its constants and extent.
+
+pub mod ceiling_copy;
+pub mod ceiling_fetch;

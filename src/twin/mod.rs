@@ -1,1 +1,7 @@
 //! One file a GPU pass, same name: the same computation on the CPU, plain and obvious.
+
+mod ceiling_copy;
+mod ceiling_fetch;
+
+pub use ceiling_copy::ceiling_copy;
+pub use ceiling_fetch::ceiling_fetch;
