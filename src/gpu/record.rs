@@ -241,14 +241,15 @@ impl Recorder<'_> {
         unsafe { device.cmd_copy_buffer_to_image(self.raw, from.raw(), to, layout, &[region]) };
     }
 
-    /// Copies a box of a colour image in the layout for transfers from it to a buffer's beginning.
+    /// Copies a box of a colour image in the layout `layout` to a buffer's beginning.
     pub(crate) fn copy_from_image(
         &self,
         from: vk::Image,
+        layout: vk::ImageLayout,
         to: &Buffer,
         region: vk::BufferImageCopy,
     ) {
-        let (device, layout) = (&self.shared.device, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
+        let device = &self.shared.device;
         // SAFETY: as in `copy_to_image`.
         unsafe { device.cmd_copy_image_to_buffer(self.raw, from, layout, to.raw(), &[region]) };
     }

@@ -141,7 +141,7 @@ pub(crate) fn download_image(shared: &Arc<Shared>, from: &Image3d) -> Result<Vec
             let region = slices.region(from, chunk);
             let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
             r.transition(from.raw(), GENERAL, layout);
-            r.copy_from_image(from.raw(), &staging, region);
+            r.copy_from_image(from.raw(), layout, &staging, region);
             r.transition(from.raw(), layout, GENERAL);
             Ok(())
         })?;
