@@ -307,6 +307,75 @@ fn a_changed_byte_never_panics() {
     assert!(loads > 0 && refusals > 0);
 }
 
+/// A random value somewhere below `value`.
+fn somewhere<'a>(value: &'a mut Value, state: &mut u64) -> &'a mut Value {
+    let size = match &*value {
+        Value::Array(items) => items.len(),
+        Value::Object(items) => items.len(),
+        _ => 0,
+    };
+    if size == 0 || random(state).is_multiple_of(8) {
+        return value;
+    }
+    let row = random(state) % size;
+    let child = match value {
+        Value::Array(items) => items.get_mut(row),
+        Value::Object(items) => items.values_mut().nth(row),
+        _ => None,
+    };
+    somewhere(child.unwrap(), state)
+}
+
+/// A GLB of this JSON and the rest of another.
+fn with_json(bytes: &[u8], json: &Value) -> Vec<u8> {
+    let old = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let total = 20 + text.len() + bytes.len() - old;
+    let mut changed = bytes[..20].to_vec();
+    changed[8..12].copy_from_slice(&(total as u32).to_le_bytes());
+    changed[12..16].copy_from_slice(&(text.len() as u32).to_le_bytes());
+    changed.extend(text);
+    changed.extend(&bytes[old..]);
+    changed
+}
+
+#[test]
+fn a_changed_value_never_panics() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("changed.glb");
+    let (mut state, mut loads, mut refusals) = (11, 0, 0);
+    for file in ["CesiumMan", "RiggedSimple", "Fox"] {
+        let bytes = fs::read(data.join(format!("characters/khronos/{file}.glb"))).unwrap();
+        let end = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let json: Value = serde_json::from_slice(&bytes[20..end]).unwrap();
+        for round in 0..250 {
+            let mut json = json.clone();
+            let place = somewhere(&mut json, &mut state);
+            *place = match round % 10 {
+                0 => Value::Null,
+                1 => 0.into(),
+                2 => 1.into(),
+                3 => (-1).into(),
+                4 => u32::MAX.into(),
+                5 => u64::MAX.into(),
+                6 => (1_u32 << 22).into(),
+                7 => 1e300.into(),
+                8 => "x".into(),
+                _ => Value::Array(Vec::new()),
+            };
+            fs::write(&path, with_json(&bytes, &json)).unwrap();
+            match element(&path) {
+                Some(_) => refusals += 1,
+                None => loads += 1,
+            }
+        }
+    }
+    println!("{loads} load, {refusals} are refused");
+    assert!(loads > 0 && refusals > 0);
+}
+
 #[test]
 fn characters_load_with_the_counts_of_their_notices() {
     let Some(data) = data() else { return };

@@ -1,6 +1,6 @@
 //! Building a GLB: arrays to buffer views and accessors, then header, JSON chunk and binary chunk (glTF 2.0, chapter 4).
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use glam::Vec3;
 use serde_json::{Map, Value, json};
@@ -70,6 +70,8 @@ pub(super) struct Builder {
     binary: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
+    /// Accessors of key times by their bits: most channels of a clip share them.
+    times: HashMap<Vec<u32>, usize>,
 }
 
 impl Builder {
@@ -119,12 +121,17 @@ impl Builder {
         self.array(Shape::Vec3, Use::Vertices, &flat)
     }
 
-    /// Appends rising key times, which carry their bounds.
+    /// Appends rising key times, which carry their bounds; the same times are kept once.
     pub(super) fn times(&mut self, times: &[f32]) -> usize {
+        let bits: Vec<u32> = times.iter().map(|time| time.to_bits()).collect();
+        if let Some(&accessor) = self.times.get(&bits) {
+            return accessor;
+        }
         let accessor = self.array(Shape::Scalar, Use::Other, times);
         if let (Some(&first), Some(&last)) = (times.first(), times.last()) {
             self.bounds(accessor, &[first], &[last]);
         }
+        self.times.insert(bits, accessor);
         accessor
     }
 

@@ -11,7 +11,10 @@ use super::{
 };
 
 /// Greatest number of elements of one accessor.
-pub(super) const ELEMENT_LIMIT: usize = 1 << 24;
+const ELEMENT_LIMIT: usize = 1 << 24;
+
+/// The same where the file holds no data for it, all zeros; a few bytes must not ask for much work.
+const ZEROS_LIMIT: usize = 1 << 20;
 
 /// Shape and type of an accessor's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +69,11 @@ impl<'a> Accessor<'a> {
             return refuse(format!("{element}/normalized"), "only for 8 and 16 bits");
         }
         let count = raw.count.0 as usize;
-        if count > ELEMENT_LIMIT {
+        let limit = match raw.buffer_view {
+            Some(_) => ELEMENT_LIMIT,
+            None => ZEROS_LIMIT,
+        };
+        if count > limit {
             return refuse(format!("{element}/count"), format!("{count} is too many"));
         }
         if raw.buffer_view.is_none() && raw.byte_offset.is_some() {

@@ -157,6 +157,15 @@ thread_local! {
 
 /// The one call into the crate's parser; should it panic, that is an error of the file.
 fn deserialize(value: Value) -> Checked<Root> {
+    match quietly(|| json::deserialize::from_value(value)) {
+        Some(Ok(root)) => Ok(root),
+        Some(Err(error)) => refuse("/", error.to_string()),
+        None => refuse("/", "the glTF parser gave up on it"),
+    }
+}
+
+/// `None` where `call` panics, which prints nothing; panics of other threads are printed as ever.
+fn quietly<T>(call: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let previous = panic::take_hook();
@@ -167,13 +176,9 @@ fn deserialize(value: Value) -> Checked<Root> {
         }));
     });
     QUIET.set(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(|| json::deserialize::from_value(value)));
+    let result = panic::catch_unwind(AssertUnwindSafe(call));
     QUIET.set(false);
-    match result {
-        Ok(Ok(root)) => Ok(root),
-        Ok(Err(error)) => refuse("/", error.to_string()),
-        Err(_) => refuse("/", "the glTF parser gave up on it"),
-    }
+    result.ok()
 }
 
 fn load_buffers(
@@ -246,6 +251,7 @@ mod tests {
             ("[1]", "/: neither"),
             ("{", "/: not valid JSON"),
             ("{}", "/asset: missing"),
+            ("{\"asset\":1}", "/asset: not an object"),
             (r#"{"asset":{"version":"1.0"}}"#, "/asset/version: glTF 1.0"),
             (
                 r#"{"asset":{"version":"2.0"},"nodes":[{"children":[0,7]}]}"#,
@@ -264,6 +270,13 @@ mod tests {
             let message = fault(json);
             assert!(message.contains(expected), "{json}: {message}");
         }
+    }
+
+    #[test]
+    fn a_panic_of_the_parser_is_caught() {
+        assert_eq!(quietly(|| 3), Some(3));
+        assert_eq!(quietly(|| -> u32 { panic!("not to be seen") }), None);
+        assert!(!QUIET.get());
     }
 
     #[test]

@@ -17,8 +17,13 @@ pub(super) struct Fault {
 
 impl Fault {
     pub(super) fn new(element: impl fmt::Display, reason: impl Into<String>) -> Self {
+        let mut element = element.to_string();
+        // The pointer to the whole document is empty, which reads badly in a message.
+        if element.is_empty() {
+            element.push('/');
+        }
         Self {
-            element: element.to_string(),
+            element,
             reason: reason.into(),
         }
     }
