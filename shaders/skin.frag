@@ -12,7 +12,7 @@ layout(location = 3) in vec3 barycentric;
 
 layout(location = 0) out vec4 pixel;
 
-const vec3 BACK = vec3(0.56, 0.02, 0.42);
+const vec3 BACK = vec3(0.85, 0.03, 0.60);
 const vec3 SKY = vec3(0.31, 0.335, 0.375);
 const vec3 GROUND = vec3(0.12, 0.10, 0.095);
 
@@ -40,6 +40,13 @@ vec3 lit(vec3 albedo, vec3 n, vec3 view, vec3 n_model) {
     return albedo * light + 0.05 * gloss + 0.10 * grazing * SKY;
 }
 
+// How the surface bends along the picture, in normals turned per pixel: above 0 convex, below 0 concave.
+float bend(vec3 n) {
+    vec3 x = dFdx(position), y = dFdy(position);
+    float curvature = dot(dFdx(n), x) / dot(x, x) + dot(dFdy(n), y) / dot(y, y);
+    return curvature * length(fwidth(position));
+}
+
 vec3 to_srgb(vec3 c) {
     c = clamp(c, 0, 1);
     return mix(1.055 * pow(c, vec3(1 / 2.4)) - 0.055, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
@@ -59,6 +66,9 @@ void main() {
     n_model = gl_FrontFacing ? n_model : -n_model;
     mat3 axes = mat3(constants.right.xyz, constants.up.xyz, cross(constants.right.xyz, constants.up.xyz));
     vec3 albedo = gl_FrontFacing ? colour : BACK;
+    // Less light gets into creases and a little more onto ridges; the former are what one looks for in skin.
+    float ridge = clamp(6 * bend(n_model), -1, 1);
+    albedo *= 1 + (ridge < 0 ? 0.35 : 0.07) * ridge;
     vec3 shaded = lit(albedo, n_model * axes, view * axes, n_model);
     if (constants.right.w > 0) {
         shaded = mix(shaded, constants.edge.rgb, constants.edge.a * edge_cover(constants.right.w));
