@@ -49,6 +49,13 @@ pub(crate) enum Kind {
     Other,
 }
 
+/// Execution model of a graphics shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Vertex = 0,
+    Fragment = 4,
+}
+
 const MAGIC: u32 = 0x0723_0203;
 const HEADER: usize = 5;
 
@@ -120,6 +127,23 @@ pub(crate) fn words(bytes: &[u8]) -> Result<Vec<u32>, String> {
 
 /// Reads a module with one compute entry point.
 pub(crate) fn reflect(words: &[u32]) -> Result<Reflection, String> {
+    let reflection = read(words, COMPUTE)?;
+    if reflection.local_size.contains(&0) {
+        return Err("SPIR-V has no compute entry point with a local size".into());
+    }
+    Ok(reflection)
+}
+
+/// Reads a module with one entry point of a graphics `stage`; its local size stays 0.
+pub(crate) fn reflect_graphics(words: &[u32], stage: Stage) -> Result<Reflection, String> {
+    let reflection = read(words, stage as u32)?;
+    match reflection.entry.is_empty() {
+        true => Err("SPIR-V has no entry point".into()),
+        false => Ok(reflection),
+    }
+}
+
+fn read(words: &[u32], model: u32) -> Result<Reflection, String> {
     if words.len() < HEADER || words[0] != MAGIC {
         return Err("not a SPIR-V module".into());
     }
@@ -129,7 +153,7 @@ pub(crate) fn reflect(words: &[u32]) -> Result<Reflection, String> {
         let (opcode, length) = (first & 0xffff, (first >> 16) as usize);
         let operands = rest.get(1..length).ok_or("SPIR-V is cut off")?;
         if opcode == op::ENTRY_POINT || opcode == op::EXECUTION_MODE {
-            entry(opcode, operands, &mut reflection)?;
+            entry(opcode, operands, model, &mut reflection)?;
         } else {
             module
                 .read(opcode, operands)
@@ -137,23 +161,28 @@ pub(crate) fn reflect(words: &[u32]) -> Result<Reflection, String> {
         }
         rest = &rest[length..];
     }
-    if reflection.local_size.contains(&0) {
-        return Err("SPIR-V has no compute entry point with a local size".into());
-    }
     module.fill(&mut reflection)?;
     Ok(reflection)
 }
 
-fn entry(opcode: u32, operands: &[u32], reflection: &mut Reflection) -> Result<(), String> {
+fn entry(
+    opcode: u32,
+    operands: &[u32],
+    model: u32,
+    reflection: &mut Reflection,
+) -> Result<(), String> {
     match (opcode, operands) {
-        (op::ENTRY_POINT, [COMPUTE, _, name @ ..]) => {
+        (op::ENTRY_POINT, [found, _, name @ ..]) if *found == model => {
             let bytes = name
                 .iter()
                 .flat_map(|w| w.to_le_bytes())
                 .take_while(|b| *b != 0);
             reflection.entry = String::from_utf8_lossy(&bytes.collect::<Vec<_>>()).into_owned();
         }
-        (op::ENTRY_POINT, _) => return Err("SPIR-V is not a compute shader".into()),
+        (op::ENTRY_POINT, _) if model == COMPUTE => {
+            return Err("SPIR-V is not a compute shader".into());
+        }
+        (op::ENTRY_POINT, _) => return Err("SPIR-V is a shader of another stage".into()),
         (_, [_, LOCAL_SIZE, x, y, z]) => reflection.local_size = [*x, *y, *z],
         _ => {}
     }

@@ -7,7 +7,10 @@ use ash::vk;
 use super::SAMPLES;
 use crate::{
     Error, Result,
-    gpu::{Buffer, Gpu, fault::Subject},
+    gpu::{
+        Buffer, Gpu, Subject,
+        spirv::{self, Kind, Reflected, Stage},
+    },
 };
 
 /// A pair of shaders as their user sees it.
@@ -61,6 +64,10 @@ impl Pipeline {
             layout: vk::PipelineLayout::null(),
             raw: vk::Pipeline::null(),
         };
+        check(shaders).map_err(|reason| Error::Pass {
+            pass: shaders.name,
+            reason,
+        })?;
         made.create_layout(shaders)?;
         if shaders.buffers > 0 {
             made.create_set(shaders)?;
@@ -237,6 +244,36 @@ impl Drop for Pipeline {
     }
 }
 
+/// Compares the declaration with what the shaders themselves say.
+fn check(shaders: &Shaders) -> Result<(), String> {
+    for (stage, bytes) in [
+        (Stage::Vertex, shaders.vertex),
+        (Stage::Fragment, shaders.fragment),
+    ] {
+        let found = spirv::reflect_graphics(&spirv::words(bytes)?, stage)?;
+        let buffers = match stage {
+            Stage::Vertex => shaders.buffers,
+            Stage::Fragment => 0,
+        };
+        let read = |b: &Reflected| b.set == 0 && b.kind == Kind::Storage && b.readonly;
+        let numbers = found.bindings.iter().map(|b| b.binding);
+        if !numbers.eq(0..buffers) || !found.bindings.iter().all(read) {
+            let bindings = &found.bindings;
+            return Err(format!(
+                "{stage:?}: {buffers} buffers to read are declared, the shader has {bindings:?}"
+            ));
+        }
+        // The backdrop's vertex shader has no use for constants.
+        if found.constants != 0 && found.constants != shaders.constants {
+            return Err(format!(
+                "{stage:?}: {} bytes of push constants are declared, the shader has {}",
+                shaders.constants, found.constants
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// A shader module; destroyed on drop.
 struct Module {
     gpu: Gpu,
@@ -269,5 +306,47 @@ impl Drop for Module {
     fn drop(&mut self) {
         // SAFETY: a module is not needed once its pipeline is made.
         unsafe { self.gpu.device().destroy_shader_module(self.raw, None) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SKIN: Shaders = Shaders {
+        name: "skin",
+        vertex: include_bytes!("../../../shaders/spirv/skin.vert.spv"),
+        fragment: include_bytes!("../../../shaders/spirv/skin.frag.spv"),
+        buffers: 4,
+        constants: 128,
+        depth: true,
+    };
+
+    #[test]
+    fn a_declaration_that_its_shaders_contradict_is_refused() {
+        assert_eq!(check(&SKIN), Ok(()));
+        let refused = |shaders: &Shaders, part: &str| {
+            let reason = check(shaders);
+            let found = matches!(&reason, Err(text) if text.contains(part));
+            assert!(found, "{reason:?} lacks {part:?}");
+        };
+        refused(&Shaders { buffers: 3, ..SKIN }, "3 buffers to read");
+        refused(
+            &Shaders {
+                constants: 64,
+                ..SKIN
+            },
+            "64 bytes of push constants",
+        );
+        let vertex = SKIN.fragment;
+        refused(&Shaders { vertex, ..SKIN }, "another stage");
+        let cut = &SKIN.vertex[..SKIN.vertex.len() - 2];
+        refused(
+            &Shaders {
+                vertex: cut,
+                ..SKIN
+            },
+            "not made of words",
+        );
     }
 }
