@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::sample::SurfacePoint;
 use crate::{mesh::Mesh, rig::Skeleton};
 
 /// Segments shorter than this share of the character's size are none.
@@ -93,6 +94,14 @@ impl Parts<'_> {
             .w_axis
             .truncate()
             .as_dvec3()
+    }
+
+    /// A vertex with its normal.
+    pub(super) fn vertex(&self, v: u32) -> SurfacePoint {
+        SurfacePoint {
+            position: self.mesh.positions[v as usize].as_dvec3(),
+            normal: self.mesh.normals[v as usize].as_dvec3(),
+        }
     }
 
     /// The bone of a joint's part, given the part's vertices.

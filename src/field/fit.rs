@@ -10,7 +10,11 @@ use super::{
     hrbf::Constraint,
     sample::{SurfacePoint, candidates, poisson},
 };
-use crate::{Error, Result, mesh::Mesh, rig::Skeleton};
+use crate::{
+    Error, Result,
+    mesh::{Mesh, TriangleGrid},
+    rig::Skeleton,
+};
 
 /// Fewest vertices of a part that has a field of its own.
 const FEWEST_VERTICES: usize = 8;
@@ -24,6 +28,10 @@ const H: f64 = 0.05;
 const MISFITS: f64 = 0.01;
 /// Values at a part's own vertices that can be projected to: elsewhere the gradient vanishes.
 const USABLE: std::ops::Range<f64> = 0.05..0.95;
+/// Values at a part's own vertices near enough to the surface not to be sampled again.
+const NEAR: std::ops::Range<f64> = 0.25..0.75;
+/// At most so many times.
+const REFINEMENTS: usize = 3;
 /// Distance from the bone, in radii, at which the field has to be outside.
 const SHELL: f64 = 1.3;
 
@@ -63,9 +71,12 @@ pub fn fit(mesh: &Mesh, skeleton: &Skeleton, part: Vec<u16>) -> Result<Fitted> {
             own[*joint].push(v as u32);
         }
     }
+    let triangles = TriangleGrid::new(mesh);
     let surfaces: Vec<Option<Surface>> = (0..own.len())
         .into_par_iter()
-        .map(|joint| (!own[joint].is_empty()).then(|| Surface::new(&parts, joint, &own[joint])))
+        .map(|joint| {
+            (!own[joint].is_empty()).then(|| Surface::new(&parts, &triangles, joint, &own[joint]))
+        })
         .collect();
     let fields: Vec<Field> = surfaces
         .par_iter()
@@ -117,11 +128,20 @@ fn carriers(skeleton: &Skeleton, part: &[u16]) -> Vec<Option<usize>> {
     carrier
 }
 
+/// A point of a part's surface against its bone.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    surface: SurfacePoint,
+    foot: Foot,
+    /// It lies inside another shell of the mesh (a tooth, a body under clothes).
+    hidden: bool,
+}
+
 /// A part's surface against its bone.
 struct Surface {
     bone: Bone,
-    points: Vec<DVec3>,
-    candidates: Vec<(SurfacePoint, Foot)>,
+    vertices: Vec<Point>,
+    candidates: Vec<Point>,
     /// Least and greatest distance of a vertex from the bone.
     least: f64,
     radius: f64,
@@ -134,44 +154,55 @@ struct Culling {
     ends: bool,
     /// Those whose normal points back at the bone.
     inward: bool,
+    /// Those inside another shell.
+    hidden: bool,
 }
 
 /// What is tried in turn.
-const CULLINGS: [Culling; 3] = [
+const CULLINGS: [Culling; 4] = [
     Culling {
         ends: true,
         inward: true,
+        hidden: true,
     },
     Culling {
         ends: true,
         inward: false,
+        hidden: true,
     },
     Culling {
         ends: false,
         inward: false,
+        hidden: true,
+    },
+    Culling {
+        ends: false,
+        inward: false,
+        hidden: false,
     },
 ];
 
 impl Surface {
-    fn new(parts: &Parts, joint: usize, own: &[u32]) -> Self {
+    fn new(parts: &Parts, triangles: &TriangleGrid, joint: usize, own: &[u32]) -> Self {
         let bone = parts.bone(joint, own);
-        let points: Vec<DVec3> = own
-            .iter()
-            .map(|&v| parts.mesh.positions[v as usize].as_dvec3())
-            .collect();
-        let distance = |x: &DVec3| bone.foot(*x).distance;
-        let least = points.iter().map(distance).fold(f64::INFINITY, f64::min);
-        let radius = points.iter().map(distance).fold(0.0, f64::max);
+        let point = |surface: SurfacePoint| Point {
+            surface,
+            foot: bone.foot(surface.position),
+            hidden: is_hidden(parts, triangles, surface),
+        };
+        let vertices: Vec<Point> = own.iter().map(|&v| point(parts.vertex(v))).collect();
         let candidates = candidates(parts, joint, own)
             .into_iter()
-            .map(|p| (p, bone.foot(p.position)))
+            .map(point)
             .collect();
+        let distances = || vertices.iter().map(|p| p.foot.distance);
+        let radius = distances().fold(0.0, f64::max).max(1e-6 * parts.size);
         Self {
-            bone,
-            points,
+            least: distances().fold(f64::INFINITY, f64::min),
+            radius,
             candidates,
-            least,
-            radius: radius.max(1e-6 * parts.size),
+            vertices,
+            bone,
         }
     }
 
@@ -183,32 +214,43 @@ impl Surface {
             if samples.len() < FEWEST_SAMPLES.min(self.candidates.len()) {
                 continue;
             }
-            let Some(mut field) = self.solve(&samples, all) else {
+            let Some(field) = self.solve(samples, culling, all) else {
                 continue;
             };
-            let misfits = self.misfits(&field);
+            let misfits = self.misfits(&field, USABLE);
             if best.as_ref().is_none_or(|(least, _)| misfits < *least) {
-                field.bounds = bounds(&field, &self.points);
                 best = Some((misfits, field));
             }
             if misfits <= MISFITS {
                 break;
             }
         }
-        best.map(|(_, field)| field)
+        let points: Vec<DVec3> = self.vertices.iter().map(|p| p.surface.position).collect();
+        best.map(|(_, mut field)| {
+            field.bounds = bounds(&field, &points);
+            field
+        })
     }
 
+    /// Poisson-disk samples of what is left after culling; none where that is too little to stand for the part.
     fn samples(&self, culling: Culling) -> Vec<SurfacePoint> {
         let kept: Vec<SurfacePoint> = self
             .candidates
             .iter()
-            .filter(|(p, foot)| {
-                !(culling.inward && (p.position - foot.point).dot(p.normal) < 0.0
-                    || culling.ends && self.beyond_planes(foot))
-            })
-            .map(|(p, _)| *p)
+            .filter(|p| self.keeps(culling, p))
+            .map(|p| p.surface)
             .collect();
+        if kept.len() < self.candidates.len() / 8 {
+            return Vec::new();
+        }
         poisson(&kept, SAMPLES)
+    }
+
+    fn keeps(&self, culling: Culling, p: &Point) -> bool {
+        let inward = (p.surface.position - p.foot.point).dot(p.surface.normal) < 0.0;
+        !(culling.inward && inward
+            || culling.ends && self.beyond_planes(&p.foot)
+            || culling.hidden && p.hidden)
     }
 
     /// Eq. 2, at the ends where the mesh goes on into another part.
@@ -217,23 +259,43 @@ impl Surface {
         s.first && self.bone.open && foot.t < H || s.open && foot.t > 1.0 - H
     }
 
-    /// HRBF through samples, closures and, where it is still inside around the part, points that bound it.
-    fn solve(&self, samples: &[SurfacePoint], all: &[Option<Surface>]) -> Option<Field> {
-        let mut constraints: Vec<Constraint> = samples
-            .iter()
-            .map(|p| Constraint {
-                position: p.position,
-                value: 0.0,
-                normal: p.normal,
-            })
-            .collect();
+    /// HRBF through samples and closures, sampled again where it misses vertices.
+    fn solve(
+        &self,
+        samples: Vec<SurfacePoint>,
+        culling: Culling,
+        all: &[Option<Surface>],
+    ) -> Option<Field> {
+        let constraint = |p: SurfacePoint| Constraint {
+            position: p.position,
+            value: 0.0,
+            normal: p.normal,
+        };
+        let mut constraints: Vec<Constraint> = samples.into_iter().map(constraint).collect();
         self.close(&mut constraints, all);
+        let mut field = self.bounded(constraints.clone())?;
+        for _ in 0..REFINEMENTS {
+            let missed = self.missed(&field, culling);
+            if missed.is_empty() {
+                break;
+            }
+            constraints.extend(missed.into_iter().map(constraint));
+            match self.bounded(constraints.clone()) {
+                Some(finer) if self.misfits(&finer, NEAR) < self.misfits(&field, NEAR) => {
+                    field = finer
+                }
+                _ => break,
+            }
+        }
+        Some(field)
+    }
+
+    /// Solves the constraints, with further ones wherever the function is still inside around the part.
+    fn bounded(&self, mut constraints: Vec<Constraint>) -> Option<Field> {
+        let segments = self.bone.segments.iter();
         let mut field = Field {
             joint: self.bone.joint as u16,
-            segments: self
-                .bone
-                .segments
-                .iter()
+            segments: segments
                 .map(|s| [s.start.as_vec3(), s.end.as_vec3()])
                 .collect(),
             radius: self.radius as f32,
@@ -256,6 +318,27 @@ impl Surface {
             field.hrbf = hrbf;
         }
         Some(field)
+    }
+
+    /// Vertices that sampling would keep and that lie farthest from the surface that was found, some way apart.
+    fn missed(&self, field: &Field, culling: Culling) -> Vec<SurfacePoint> {
+        let off = |p: &Point| (field.at(p.surface.position).0 - 0.5).abs();
+        let mut missed: Vec<(f64, SurfacePoint)> = self
+            .vertices
+            .iter()
+            .filter(|p| self.keeps(culling, p) && p.surface.normal != DVec3::ZERO)
+            .map(|p| (off(p), p.surface))
+            .filter(|(off, _)| *off > NEAR.end - 0.5)
+            .collect();
+        missed.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut taken: Vec<SurfacePoint> = Vec::new();
+        for (_, p) in missed {
+            let apart = |q: &SurfacePoint| q.position.distance(p.position) > 0.15 * self.radius;
+            if taken.len() < 8 && taken.iter().all(apart) {
+                taken.push(p);
+            }
+        }
+        taken
     }
 
     /// Adds the closure of each open end, on the bone's line beyond the joint (2013, figure 4d).
@@ -350,14 +433,26 @@ impl Surface {
         shell
     }
 
-    /// Share of the part's vertices at which the field cannot be used.
-    fn misfits(&self, field: &Field) -> f64 {
-        let bad = self
-            .points
-            .iter()
-            .filter(|x| !USABLE.contains(&field.at(**x).0));
-        bad.count() as f64 / self.points.len() as f64
+    /// Share of the part's visible vertices at which the field is out of a range.
+    fn misfits(&self, field: &Field, range: std::ops::Range<f64>) -> f64 {
+        let visible = || self.vertices.iter().filter(|p| !p.hidden);
+        let bad = visible().filter(|p| !range.contains(&field.at(p.surface.position).0));
+        bad.count() as f64 / visible().count().max(1) as f64
     }
+}
+
+/// Whether the first surface outward of a point is met from within.
+fn is_hidden(parts: &Parts, triangles: &TriangleGrid, p: SurfacePoint) -> bool {
+    let start = p.position + 1e-5 * parts.size * p.normal;
+    if p.normal == DVec3::ZERO {
+        return false;
+    }
+    triangles
+        .first_hit(start, p.normal, parts.size, |_| true)
+        .is_some_and(|(_, row)| {
+            let [a, b, c] = parts.mesh.triangles[row].map(|v| parts.vertex(v).position);
+            (b - a).cross(c - a).dot(p.normal) > 0.0
+        })
 }
 
 /// Gives every vertex a field and every joint a radius.

@@ -18,11 +18,7 @@ const ON_VERTICES: usize = 1000;
 
 /// Candidates for samples: vertices of the part and points on triangles that lie wholly in it, in a shuffled but fixed order.
 pub(super) fn candidates(parts: &Parts, joint: usize, own: &[u32]) -> Vec<SurfacePoint> {
-    let mesh = parts.mesh;
-    let at = |v: u32| SurfacePoint {
-        position: mesh.positions[v as usize].as_dvec3(),
-        normal: mesh.normals[v as usize].as_dvec3(),
-    };
+    let at = |v: u32| parts.vertex(v);
     let stride = own.len().div_ceil(ON_VERTICES).max(1);
     let mut points: Vec<SurfacePoint> = own.iter().step_by(stride).map(|&v| at(v)).collect();
     points.extend(on_triangles(parts, joint, own, at));
