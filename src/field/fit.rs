@@ -28,6 +28,8 @@ const H: f64 = 0.05;
 const MISFITS: f64 = 0.01;
 /// Values at a part's own vertices that can be projected to: elsewhere the gradient vanishes.
 const USABLE: std::ops::Range<f64> = 0.05..0.95;
+/// Least cosine between a sample's normal and the direction away from the bone.
+const FACING: f64 = 0.1;
 /// Values at a part's own vertices near enough to the surface not to be sampled again.
 const NEAR: std::ops::Range<f64> = 0.25..0.75;
 /// At most so many times.
@@ -152,7 +154,7 @@ struct Surface {
 struct Culling {
     /// Those beyond the planes of Eq. 2 at open ends.
     ends: bool,
-    /// Those whose normal points back at the bone.
+    /// Those whose normal points back at the bone or hardly away from it, such as caps between shells.
     inward: bool,
     /// Those inside another shell.
     hidden: bool,
@@ -247,7 +249,8 @@ impl Surface {
     }
 
     fn keeps(&self, culling: Culling, p: &Point) -> bool {
-        let inward = (p.surface.position - p.foot.point).dot(p.surface.normal) < 0.0;
+        let outward = (p.surface.position - p.foot.point).dot(p.surface.normal);
+        let inward = outward < FACING * p.foot.distance;
         !(culling.inward && inward
             || culling.ends && self.beyond_planes(&p.foot)
             || culling.hidden && p.hidden)

@@ -4,6 +4,7 @@ mod atlas;
 mod bone;
 mod bounds;
 mod fit;
+mod grid;
 mod hrbf;
 mod sample;
 
@@ -11,6 +12,7 @@ use glam::{DVec3, Mat3, Mat4, Vec3};
 
 pub use atlas::{AtlasLayout, TILE_BYTES, atlas_layout};
 pub use fit::{Fitted, fit};
+pub use grid::GridInput;
 pub use hrbf::Hrbf;
 
 /// Edge of a field's grid in texels.
@@ -113,4 +115,4 @@ fn fade(s: f64, r: f64) -> (f64, f64) {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -75,7 +75,7 @@ fn chain(places: &[Vec3]) -> Skeleton {
 }
 
 /// Upper arm from x = -2 and forearm from the elbow at the origin.
-fn arm(scale: f32, origin: Vec3) -> (Mesh, Fitted) {
+pub(crate) fn arm(scale: f32, origin: Vec3) -> (Mesh, Fitted) {
     let mesh = capsule(scale, origin);
     let skeleton = chain(&[origin - 2.0 * scale * Vec3::X, origin]);
     let part = mesh

@@ -1,1 +1,3 @@
 //! Structs that shaders share.
+
+pub mod field_grid;

@@ -2,3 +2,4 @@
 
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
+pub mod field_grid;

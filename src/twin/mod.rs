@@ -5,3 +5,4 @@ mod ceiling_fetch;
 
 pub use ceiling_copy::ceiling_copy;
 pub use ceiling_fetch::ceiling_fetch;
+pub mod field_grid;
