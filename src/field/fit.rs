@@ -245,7 +245,8 @@ impl Surface {
         if kept.len() < self.candidates.len() / 8 {
             return Vec::new();
         }
-        poisson(&kept, SAMPLES)
+        // Many samples on few flat triangles fit the facets' edges rather than a smooth surface.
+        poisson(&kept, SAMPLES.min(FEWEST_SAMPLES + self.vertices.len()))
     }
 
     fn keeps(&self, culling: Culling, p: &Point) -> bool {
@@ -355,7 +356,7 @@ impl Surface {
         };
         let mut add = |joint: DVec3, normal: DVec3, s: f64| {
             let position = joint + s * normal;
-            let near = |c: &Constraint| c.position.distance(position) < 0.02 * self.radius;
+            let near = |c: &Constraint| c.position.distance(position) < 0.1 * self.radius;
             if !constraints.iter().any(near) {
                 constraints.push(Constraint {
                     position,

@@ -110,8 +110,8 @@ pub(super) fn poisson(points: &[SurfacePoint], target: usize) -> Vec<SurfacePoin
 /// Dart throwing in the points' order, given up at `most`.
 fn throw(points: &[SurfacePoint], radius: f64, most: usize) -> Vec<SurfacePoint> {
     let mut taken: Vec<SurfacePoint> = Vec::new();
-    // The system of coinciding centres is singular, whatever their normals.
-    let least = 0.1 * radius;
+    // Nearer centres with opposite normals make coefficients so large that single precision cannot add them up.
+    let least = 0.35 * radius;
     for p in points {
         let free = taken.iter().all(|q| {
             let apart = p.position.distance_squared(q.position);
