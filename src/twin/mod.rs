@@ -2,7 +2,7 @@
 
 mod ceiling_copy;
 mod ceiling_fetch;
+pub mod field_grid;
 
 pub use ceiling_copy::ceiling_copy;
 pub use ceiling_fetch::ceiling_fetch;
-pub mod field_grid;
