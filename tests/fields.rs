@@ -84,9 +84,10 @@ fn vertices_lie_where_their_field_has_a_slope() {
         let rig = rig(&path);
         let mut values = Vec::new();
         let mut unusable = 0;
-        for (x, joint) in rig.mesh.positions.iter().zip(&rig.part) {
-            let field = rig.fields.iter().find(|f| f.joint == *joint).unwrap();
-            let (f, gradient) = field.evaluate(*x);
+        // Vertices that follow geometric skinning were not fitted.
+        for v in (0..rig.part.len()).filter(|&v| !rig.geometric[v]) {
+            let field = rig.fields.iter().find(|f| f.joint == rig.part[v]).unwrap();
+            let (f, gradient) = field.evaluate(rig.mesh.positions[v]);
             values.push(f);
             let flat = gradient.length() * f64::from(field.radius) < 0.1;
             unusable += usize::from(!(0.05..0.95).contains(&f) || flat);
@@ -104,7 +105,7 @@ fn vertices_lie_where_their_field_has_a_slope() {
             "{}",
             path.display()
         );
-        assert!(share < 0.015, "{}: {share}", path.display());
+        assert!(share < 0.006, "{}: {share}", path.display());
     }
 }
 
