@@ -139,7 +139,7 @@ fn check(gpu: &Gpu, pass: &Pass, pipeline: &Pipeline, resources: &[Resource]) ->
         ));
     }
     if let Some(byte) = pass.index_at
-        && (byte % 4 != 0 || byte.saturating_add(4) > given)
+        && (!byte.is_multiple_of(4) || byte.saturating_add(4) > given)
     {
         return refuse(format!(
             "no word at byte {byte} of {given} bytes of push constants"

@@ -298,7 +298,7 @@ impl PassBuilder<'_> {
     pub fn indirect(mut self, buffer: &Buffer, offset: u64) -> Self {
         let name = self.work().declaration.name;
         let row = self.frame.resource(buffer.into(), name);
-        if offset % 4 != 0 || offset.saturating_add(12) > buffer.bytes() {
+        if !offset.is_multiple_of(4) || offset.saturating_add(12) > buffer.bytes() {
             let reason = format!("no three counts at byte {offset} of {}", buffer.name());
             self.fail(reason);
         }

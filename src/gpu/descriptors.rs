@@ -101,7 +101,6 @@ impl Descriptors {
             .dst_set(set)
             .dst_binding(row)
             .descriptor_type(access.descriptor());
-        // SAFETY (both): set and target are alive, the type is that of the layout, the set is not in use yet.
         match target {
             Target::Buffer(buffer) => {
                 let info = [vk::DescriptorBufferInfo {
@@ -109,7 +108,7 @@ impl Descriptors {
                     offset: 0,
                     range: vk::WHOLE_SIZE,
                 }];
-                // SAFETY: see above.
+                // SAFETY: set and target are alive, the type is that of the layout, the set is not in use yet.
                 unsafe {
                     self.shared
                         .device
@@ -122,7 +121,7 @@ impl Descriptors {
                     image_view,
                     image_layout: vk::ImageLayout::GENERAL,
                 }];
-                // SAFETY: see above.
+                // SAFETY: set and target are alive, the type is that of the layout, the set is not in use yet.
                 unsafe {
                     self.shared
                         .device

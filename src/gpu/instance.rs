@@ -109,12 +109,16 @@ impl Drop for Instance {
 
 fn load() -> Result<ash::Entry> {
     // SAFETY: opening the system's Vulkan loader runs its initialisers, which are trusted like any system library.
-    unsafe { ash::Entry::load() }.map_err(|e| Error::NoDevice {
+    unsafe { ash::Entry::load() }.map_err(no_loader)
+}
+
+fn no_loader(error: ash::LoadingError) -> Error {
+    Error::NoDevice {
         reason: format!(
-            "the Vulkan loader cannot be opened ({e}); install a loader and a driver, on Debian \
+            "the Vulkan loader cannot be opened ({error}); install a loader and a driver, on Debian \
              `apt install libvulkan1 mesa-vulkan-drivers`, or use the cpu device"
         ),
-    })
+    }
 }
 
 fn require_layer(entry: &ash::Entry) -> Result<()> {
@@ -215,4 +219,21 @@ unsafe extern "system" fn on_message(
         canary.tell(message.to_string_lossy().into_owned());
     }
     vk::FALSE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_loader_says_what_to_install() {
+        // SAFETY: there is no such library, so that nothing runs.
+        let loaded = unsafe { ash::Entry::load_from("libdermis-no-vulkan.so") };
+        let error = loaded.map(drop).map_err(no_loader);
+        let text = error.map_or_else(|e| e.to_string(), |()| String::new());
+        assert!(
+            text.contains("no Vulkan device") && text.contains("apt install libvulkan1"),
+            "{text}"
+        );
+    }
 }

@@ -6,6 +6,8 @@
 mod buffer;
 mod declare;
 mod descriptors;
+#[cfg(test)]
+mod double;
 mod fault;
 mod features;
 mod image;
@@ -295,3 +297,7 @@ impl Gpu {
         self.shared.name(handle, name);
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;

@@ -168,7 +168,7 @@ fn check_constants(declared: u32, shader: u32) -> Result<(), String> {
             "{declared} bytes of push constants are declared, the shader has {shader}"
         ));
     }
-    if declared > PUSH_CONSTANTS || declared % 4 != 0 {
+    if declared > PUSH_CONSTANTS || !declared.is_multiple_of(4) {
         return Err(format!(
             "{declared} bytes of push constants: {PUSH_CONSTANTS} at most, in words of 4"
         ));

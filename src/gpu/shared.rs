@@ -133,21 +133,24 @@ impl Shared {
         }
     }
 
+    /// Destroys what nobody holds and no unfinished submission uses; callers have seen to that.
     fn destroy(&self, grave: Grave) {
-        // SAFETY: the handles are of this device, nobody holds them, and the submissions that could use them are done.
+        let device = &self.device;
         match grave {
             Grave::Buffer(buffer, block) => {
-                unsafe { self.device.destroy_buffer(buffer, None) };
+                // SAFETY: of this device and unused, see above.
+                unsafe { device.destroy_buffer(buffer, None) };
                 self.memory.free(block);
             }
             Grave::Image(image, view, block) => {
+                // SAFETY: of this device and unused, see above.
                 unsafe {
-                    self.device.destroy_image_view(view, None);
-                    self.device.destroy_image(image, None);
+                    device.destroy_image_view(view, None);
+                    device.destroy_image(image, None);
                 }
                 self.memory.free(block);
             }
-            Grave::Other(destroy) => destroy(&self.device),
+            Grave::Other(destroy) => destroy(device),
         }
     }
 }

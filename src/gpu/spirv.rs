@@ -113,7 +113,7 @@ struct Module<'a> {
 
 /// The words of a module.
 pub(crate) fn words(bytes: &[u8]) -> Result<Vec<u32>, String> {
-    if bytes.len() % 4 != 0 {
+    if !bytes.len().is_multiple_of(4) {
         return Err(format!(
             "SPIR-V of {} bytes is not made of words",
             bytes.len()

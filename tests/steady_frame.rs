@@ -1,0 +1,85 @@
+//! A steady frame allocates nothing on the CPU: not in `begin`, not in `submit`, not in `wait`.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use dermis::{
+    frame::FrameBuilder,
+    gpu::{Class, Gpu, GpuOptions},
+    pass::ceiling_copy,
+};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: passes everything on to the system's allocator; the counter does not allocate.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promise, passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise, passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn a_steady_frame_allocates_nothing() -> dermis::Result<()> {
+    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
+        return Ok(());
+    }
+    let options = GpuOptions {
+        profile: true,
+        ..Default::default()
+    };
+    let gpu = Gpu::new(&options)?;
+    let ring = gpu.ring("ring", Class::PoseRing, 1024)?;
+    let target = gpu.buffer("target", Class::Transient, 1024)?;
+    let mut builder = FrameBuilder::new(&gpu, "steady");
+    for _ in 0..8 {
+        builder.fill(&target, 1);
+        let copy = builder.pass(&ceiling_copy::DECLARATION);
+        copy.bind_ring("source", &ring)
+            .bind("target", &target)
+            .constants(&64u32)
+            .items(64);
+    }
+    let mut frame = builder.build()?;
+    let mut record = Vec::with_capacity(100);
+    for submission in 0..100 {
+        let before = ALLOCATIONS.get();
+        let slot = frame.begin()?;
+        ring.write(slot, &[1; 1024])?;
+        frame.submit()?;
+        if submission % 3 == 0 {
+            frame.wait()?;
+        }
+        let allocated = ALLOCATIONS.get() - before;
+        assert!(
+            submission < 3 || allocated == 0,
+            "submission {submission}: {allocated} allocations"
+        );
+        record.push(frame.cpu_record_ns());
+    }
+    record.sort_unstable();
+    println!(
+        "{}: 16 steps recorded in {} ns at the median",
+        gpu.report().name,
+        record[50]
+    );
+    let allocating = ALLOCATIONS.get();
+    drop(vec![1u8]);
+    assert!(ALLOCATIONS.get() > allocating, "the counter counts");
+    Ok(())
+}
