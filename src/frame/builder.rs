@@ -276,6 +276,12 @@ impl PassBuilder<'_> {
         self
     }
 
+    /// Sets the push constants from their bytes.
+    pub fn constant_bytes(mut self, bytes: &[u8]) -> Self {
+        self.work().constants = bytes.to_vec();
+        self
+    }
+
     /// Has the 32-bit word at this byte of the push constants hold [`Span::index`](super::Span::index).
     pub fn index_at(mut self, byte: usize) -> Self {
         self.work().index_at = Some(byte);

@@ -231,6 +231,11 @@ impl Gpu {
     }
 
     /// What the physical device can do.
+    /// Greatest edge of a 3D image in texels.
+    pub fn max_image_edge(&self) -> u32 {
+        self.limits().max_image_dimension3_d
+    }
+
     pub(crate) fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.shared.physical.properties.limits
     }

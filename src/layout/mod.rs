@@ -1,3 +1,126 @@
-//! Structs that shaders share.
+//! Structs that shaders share (`shaders/shared/types.glsl`): same names, same fields, same order, std430/std140 layout.
 
 pub mod field_grid;
+
+use bytemuck::{Pod, Zeroable};
+
+/// Greatest number of fields: what a uniform block of 16 KiB, which every device has, holds.
+pub const MAX_FIELDS: usize = 255;
+
+/// Cells of the index along an axis.
+pub const CELLS: u32 = 32;
+
+/// Rows of an opening curve's table.
+pub const OPENING_ROWS: usize = 128;
+
+/// "No parent field" in [`FieldPose::link`].
+pub const NO_FIELD: u32 = 0xffff;
+
+/// States of a vertex.
+pub mod state {
+    /// Geometric skinning only.
+    pub const UNTOUCHED: u32 = 0;
+    /// On its iso-value.
+    pub const ON_ISO: u32 = 1;
+    /// Stopped in contact.
+    pub const CONTACT: u32 = 2;
+    /// Outside every field.
+    pub const OUTSIDE: u32 = 3;
+    /// Stopped by the iteration limit.
+    pub const LIMIT: u32 = 4;
+    /// Still on its way; only while a frame runs.
+    pub const LIVE: u32 = 5;
+
+    /// State in a status word.
+    pub fn of(status: u32) -> u32 {
+        status & 0xff
+    }
+
+    /// Field evaluations in a status word, saturated at 255.
+    pub fn evaluations(status: u32) -> u32 {
+        (status >> 8) & 0xff
+    }
+
+    /// Texture fetches in a status word, saturated at 65535.
+    pub fn fetches(status: u32) -> u32 {
+        status >> 16
+    }
+}
+
+/// A welded vertex at rest.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Vertex {
+    /// Rest position.
+    pub position: [f32; 3],
+    /// Radius of its part in rest units.
+    pub radius: f32,
+    /// Smooth normal at rest.
+    pub normal: [f32; 3],
+    /// Joint row of its part.
+    pub part: u32,
+}
+
+/// A posed joint: rest → model space as a matrix, and as stretch followed by a dual quaternion.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct JointPose {
+    /// Rows of the matrix.
+    pub rows: [[f32; 4]; 3],
+    /// Rotation, xyzw.
+    pub real: [f32; 4],
+    /// Dual part of the dual quaternion, xyzw.
+    pub dual: [f32; 4],
+    /// Symmetric stretch: xx xy xz, unused.
+    pub stretch0: [f32; 4],
+    /// Symmetric stretch: yy yz zz; w of joint 0: any joint is not rigid.
+    pub stretch1: [f32; 4],
+}
+
+/// A posed field.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FieldPose {
+    /// Rows of model space → box coordinates.
+    pub rows: [[f32; 4]; 3],
+    /// Texture coordinates of box coordinate (0,0,0).
+    pub tile: [f32; 3],
+    /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24.
+    pub link: u32,
+}
+
+/// Head of the uniform block of posed fields; [`FieldPose`]s follow.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FieldsHead {
+    /// Corner of the index in model space; w: words of a cell.
+    pub grid_origin: [f32; 4],
+    /// Cells a model unit; w: number of fields.
+    pub grid_inverse: [f32; 4],
+    /// Texture coordinates a box coordinate; w: model units a rest unit.
+    pub box_scale: [f32; 4],
+}
+
+/// Bytes of the uniform block of posed fields.
+pub const FIELDS_BYTES: usize = size_of::<FieldsHead>() + MAX_FIELDS * size_of::<FieldPose>();
+
+/// Head of a work list.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Dispatch {
+    /// Workgroups for an indirect dispatch.
+    pub groups: [u32; 3],
+    /// Items of the list.
+    pub count: u32,
+}
+
+impl Dispatch {
+    /// Head of a list of `count` items, 64 a workgroup.
+    pub fn of(count: usize) -> Self {
+        let count = count as u32;
+        Self {
+            groups: [count.div_ceil(64), 1, 1],
+            count,
+        }
+    }
+}

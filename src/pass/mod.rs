@@ -1,5 +1,18 @@
-//! One file a GPU pass: what it reads and writes, its constants and extent.
+//! One file a GPU pass: what it reads and writes, its constants and extent; binding numbers are rows of the list.
 
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
+pub mod compact;
+pub mod count;
+pub mod diffuse;
 pub mod field_grid;
+pub mod index;
+pub mod mark;
+pub mod measure;
+pub mod normals;
+pub mod project;
+pub mod relax;
+pub mod scatter;
+pub mod skin_dqs;
+pub mod skin_lbs;
+pub mod smooth;

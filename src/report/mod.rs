@@ -113,14 +113,16 @@ impl PassTiming {
 /// How much work the iterative passes of one frame did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Iterations {
-    /// Mean projection steps a live vertex.
+    /// Mean field evaluations a vertex in reach of a field.
     pub newton_mean: f64,
-    /// Most projection steps of a vertex.
+    /// Most field evaluations of a vertex.
     pub newton_max: u32,
     /// Rounds of projection and relaxation.
     pub rounds: u32,
     /// Sub-steps of the frame.
     pub substeps: u32,
+    /// Texture fetches of all vertices.
+    pub fetches: u64,
 }
 
 /// What the device can do at best, measured.

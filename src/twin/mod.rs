@@ -1,8 +1,26 @@
-//! One file a GPU pass, same name: the same computation on the CPU, plain and obvious.
+//! One file a GPU pass, same name: the same computation on the CPU, plain and obvious. Together they are the CPU device.
 
-mod ceiling_copy;
-mod ceiling_fetch;
+pub mod ceiling_copy;
+pub mod ceiling_fetch;
+pub mod compact;
+pub mod count;
+pub mod diffuse;
 pub mod field_grid;
+pub mod index;
+pub mod mark;
+pub mod measure;
+pub mod normals;
+pub mod project;
+pub mod relax;
+pub mod scatter;
+pub mod shared;
+pub mod skin_dqs;
+pub mod skin_lbs;
+pub mod smooth;
 
+mod args;
+
+pub use args::{Args, Image};
+pub(crate) use args::{Slot, cast};
 pub use ceiling_copy::ceiling_copy;
 pub use ceiling_fetch::ceiling_fetch;

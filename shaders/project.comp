@@ -1,0 +1,104 @@
+// Projection of live vertices onto their iso-values by clamped Newton steps (Eq. 4 with its sign put right).
+// A vertex stops in contact where the gradient turns (section 5) or where the distance to the iso-value grows (a pit);
+// the step that got it there is discarded. Each workgroup counts its survivors for the compaction that follows.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 11
+#include "shared/field.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, std430) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Dispatches { Dispatch dispatches[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Starts { vec4 start[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Geometric { vec4 geometric[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Vertices { Vertex vertex[]; };
+layout(set = 0, binding = 5, std430) readonly buffer IsoValues { float iso_value[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer Positions { vec4 position[]; }; // w: field
+layout(set = 0, binding = 7, std430) buffer Anchors { vec4 anchor[]; }; // last accepted point; w: distance to the iso-value there
+layout(set = 0, binding = 8, std430) buffer Gradients { vec4 gradient[]; }; // at the anchor; w: field
+layout(set = 0, binding = 9, std430) buffer Status { uint status[]; };
+layout(set = 0, binding = 10, std430) writeonly buffer GroupCounts { uint group_count[]; };
+layout(push_constant) uniform Constants {
+    uint dispatch; // row of the list's head
+    uint steps; // Newton steps of this call
+    uint flags; // FRESH, LAST, HOLD
+    float sigma; // step size
+    float tolerance; // |f − iso| that counts as settled
+    float cos_contact; // cosine of the angle that counts as a discontinuity
+} constants;
+
+const uint FRESH = 1u; // no anchor from an earlier call
+const uint LAST = 2u; // survivors have hit the iteration limit
+const uint HOLD = 4u; // vertices in contact stay where they are and are only measured
+
+const float STEP = 0.1; // longest step over the part's radius
+const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
+const float PIT = 1e-5; // growth of |f − iso| that rounding explains
+const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
+
+shared uint survivors;
+
+vec3 shorten(vec3 d, float limit) {
+    float l = length(d);
+    return l > limit ? d * (limit / l) : d;
+}
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        survivors = 0u;
+    }
+    barrier();
+    if (gl_GlobalInvocationID.x < dispatches[constants.dispatch].count) {
+        uint v = list[gl_GlobalInvocationID.x];
+        uint word = status[v];
+        uint evaluations = (word >> 8) & 0xffu;
+        fetches = word >> 16;
+        float iso = iso_value[v], radius = vertex[v].radius * fields.box_scale.w;
+        vec3 x = start[v].xyz, home = geometric[v].xyz;
+        vec4 last = anchor[v], slope = gradient[v];
+        bool known = (constants.flags & FRESH) == 0u;
+        bool held = (constants.flags & HOLD) != 0u && state_of(word) == CONTACT;
+        float allowed = known ? RELAXED_PIT : PIT;
+        // The evaluation after the last step is the next call's first, unless there is none.
+        uint rounds = constants.steps + ((constants.flags & LAST) != 0u ? 1u : 0u);
+        uint state = LIVE;
+        for (uint s = 0u; s < rounds && state == LIVE; s++) {
+            vec4 sampled = evaluate(x);
+            evaluations++;
+            vec3 g = sampled.yzw;
+            float off = abs(sampled.x - iso), steep = length(g);
+            if (known && (dot(g, slope.xyz) < constants.cos_contact * steep * length(slope.xyz) || off > last.w + allowed)) {
+                state = CONTACT;
+                x = last.xyz;
+                break;
+            }
+            last = vec4(x, off);
+            slope = vec4(g, sampled.x);
+            known = true;
+            allowed = PIT;
+            if (held) {
+                state = CONTACT;
+            } else if (off < constants.tolerance) {
+                state = ON_ISO;
+            } else if (steep * radius < FLAT) {
+                state = OUTSIDE;
+            } else if (s < constants.steps) {
+                x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
+                x = home + shorten(x - home, radius);
+            } else {
+                state = LIMIT;
+            }
+        }
+        position[v] = vec4(x, slope.w);
+        anchor[v] = last;
+        gradient[v] = slope;
+        status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0xffffu) << 16;
+        if (state == LIVE) {
+            atomicAdd(survivors, 1u);
+        }
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        group_count[gl_WorkGroupID.x] = survivors;
+    }
+}

@@ -1,0 +1,189 @@
+//! A pose as the passes read it: palette of joints, posed fields, bounds of the index.
+
+use bytemuck::{bytes_of, cast_slice};
+use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
+
+use super::statics::Statics;
+use crate::{
+    field::{AtlasLayout, GRID},
+    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose},
+    rig::{Pose, Rig},
+};
+
+/// Stretches closer to the identity than this count as rigid.
+const RIGID: f64 = 1e-5;
+
+/// Uploads of one frame; its buffers are reused from frame to frame.
+#[derive(Debug)]
+pub(super) struct PoseUpload {
+    palette: Vec<JointPose>,
+    fields: Vec<u8>,
+}
+
+impl PoseUpload {
+    pub(super) fn new() -> Self {
+        Self {
+            palette: Vec::new(),
+            fields: vec![0; FIELDS_BYTES],
+        }
+    }
+
+    /// Bytes of [`super::Resource::Palette`].
+    pub(super) fn palette(&self) -> &[u8] {
+        cast_slice(&self.palette)
+    }
+
+    /// Bytes of [`super::Resource::Fields`].
+    pub(super) fn fields(&self) -> &[u8] {
+        &self.fields
+    }
+
+    /// Fills both from a validated pose.
+    pub(super) fn set(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
+        self.palette.clear();
+        self.palette.extend(pose.matrices.iter().map(joint_pose));
+        let stretched = self.palette.iter().any(is_stretched);
+        self.palette[0].stretch1[3] = f32::from(u8::from(stretched));
+        self.set_fields(rig, statics, layout, pose);
+    }
+
+    fn set_fields(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
+        let texels = Vec3::from(layout.extent().map(|e| e as f32));
+        let (mut low, mut high, mut scale) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
+        let head = size_of::<FieldsHead>();
+        for (i, field) in rig.fields.iter().enumerate() {
+            let matrix = pose.matrices[field.joint as usize];
+            let to_model = matrix * field.bounds.to_rest();
+            for corner in 0..8 {
+                let unit = Vec3::new(
+                    (corner & 1) as f32,
+                    (corner >> 1 & 1) as f32,
+                    (corner >> 2) as f32,
+                );
+                let p = to_model.transform_point3(unit);
+                (low, high) = (low.min(p), high.max(p));
+            }
+            scale += matrix.determinant().abs().cbrt() / rig.fields.len() as f32;
+            let origin = layout.tile(i as u32).map(|t| (t * GRID) as f32 + 0.5);
+            let posed = FieldPose {
+                rows: rows(&to_model.inverse()),
+                tile: (Vec3::from(origin) / texels).to_array(),
+                link: statics.links[i],
+            };
+            let at = head + i * size_of::<FieldPose>();
+            self.fields[at..at + size_of::<FieldPose>()].copy_from_slice(bytes_of(&posed));
+        }
+        if rig.fields.is_empty() {
+            (low, high, scale) = (Vec3::ZERO, Vec3::ONE, 1.0);
+        }
+        let size = (high - low).max(Vec3::splat(1e-6));
+        let inverse = CELLS as f32 / size;
+        let box_scale = Vec3::splat((GRID - 1) as f32) / texels;
+        let content = FieldsHead {
+            grid_origin: low.extend(statics.cell_words() as f32).to_array(),
+            grid_inverse: inverse.extend(rig.fields.len() as f32).to_array(),
+            box_scale: box_scale.extend(scale).to_array(),
+        };
+        self.fields[..head].copy_from_slice(bytes_of(&content));
+    }
+}
+
+fn rows(m: &Mat4) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|r| m.row(r).to_array())
+}
+
+/// Splits a joint's matrix into rotation · stretch (polar decomposition) and a translation.
+fn joint_pose(m: &Mat4) -> JointPose {
+    let linear = DMat3::from_cols(
+        m.x_axis.truncate().as_dvec3(),
+        m.y_axis.truncate().as_dvec3(),
+        m.z_axis.truncate().as_dvec3(),
+    );
+    let rotation = polar_rotation(&linear);
+    let s = rotation.transpose() * linear;
+    let s = if (s - DMat3::IDENTITY)
+        .to_cols_array()
+        .iter()
+        .all(|x| x.abs() < RIGID)
+    {
+        DMat3::IDENTITY
+    } else {
+        s
+    };
+    let q = DQuat::from_mat3(&rotation).normalize();
+    let t = m.w_axis.truncate().as_dvec3();
+    let v = DVec3::new(q.x, q.y, q.z);
+    let dual = (0.5 * (q.w * t + t.cross(v))).extend(-0.5 * t.dot(v));
+    JointPose {
+        rows: rows(m),
+        real: q.as_quat().to_array(),
+        dual: dual.as_vec4().to_array(),
+        stretch0: [s.x_axis.x, s.y_axis.x, s.z_axis.x, 0.0].map(|x| x as f32),
+        stretch1: [s.y_axis.y, s.z_axis.y, s.z_axis.z, 0.0].map(|x| x as f32),
+    }
+}
+
+/// Nearest rotation by Newton's iteration R ← (R + R⁻ᵀ)/2 (Higham 1986); of a mirror −m, so that the stretch is negative.
+fn polar_rotation(m: &DMat3) -> DMat3 {
+    let mut r = if m.determinant() < 0.0 { -*m } else { *m };
+    for _ in 0..32 {
+        let next = (r + r.inverse().transpose()) * 0.5;
+        let moved = (next - r)
+            .to_cols_array()
+            .iter()
+            .fold(0.0f64, |a, x| a.max(x.abs()));
+        r = next;
+        if moved < 1e-14 {
+            break;
+        }
+    }
+    r
+}
+
+fn is_stretched(joint: &JointPose) -> bool {
+    joint.stretch0 != [1.0, 0.0, 0.0, 0.0] || joint.stretch1[..3] != [1.0, 0.0, 1.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Quat, Vec4};
+
+    use super::*;
+    use crate::twin::shared::rotation::rotate;
+
+    fn carried(joint: &JointPose, p: Vec3) -> Vec3 {
+        let (real, dual) = (Vec4::from_array(joint.real), Vec4::from_array(joint.dual));
+        let (a, b) = (joint.stretch0, joint.stretch1);
+        let stretched = Vec3::new(
+            a[0] * p.x + a[1] * p.y + a[2] * p.z,
+            a[1] * p.x + b[0] * p.y + b[1] * p.z,
+            a[2] * p.x + b[1] * p.y + b[2] * p.z,
+        );
+        let shift = 2.0
+            * (real.w * dual.truncate() - dual.w * real.truncate()
+                + real.truncate().cross(dual.truncate()));
+        rotate(real, stretched) + shift
+    }
+
+    #[test]
+    fn a_joint_pose_carries_points_as_its_matrix_does() {
+        let turn = Quat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.9);
+        let rigid = Mat4::from_rotation_translation(turn, Vec3::new(1.0, -2.0, 0.5));
+        let sheared = rigid
+            * Mat4::from_cols_array(&[
+                2.0, 0.1, 0.0, 0.0, 0.3, 1.5, 0.0, 0.0, 0.0, 0.0, 0.7, 0.0, 0.0, 0.2, 0.0, 1.0,
+            ]);
+        let mirrored = rigid * Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.2));
+        for m in [Mat4::IDENTITY, rigid, sheared, mirrored] {
+            let joint = joint_pose(&m);
+            for p in [Vec3::X, Vec3::new(0.3, -0.7, 1.1)] {
+                assert!(
+                    (carried(&joint, p) - m.transform_point3(p)).length() < 1e-5,
+                    "{m}"
+                );
+            }
+        }
+        assert!(!is_stretched(&joint_pose(&rigid)));
+        assert!(is_stretched(&joint_pose(&sheared)));
+    }
+}

@@ -1,0 +1,209 @@
+//! What a deformer uploads once: a rig as the passes read it.
+
+use std::collections::BTreeMap;
+
+use bytemuck::{Pod, cast_slice};
+
+use super::{Resource, Settings, plan::Sizes};
+use crate::{
+    Error, Result,
+    compose::{OpeningCurve, Operator},
+    layout::{CELLS, Dispatch, MAX_FIELDS, NO_FIELD, Vertex},
+    rig::Rig,
+};
+
+/// Iso-values below this belong to vertices that no field reaches.
+const REACHED: f32 = 1e-4;
+
+/// A field reaches a vertex of this iso-value.
+pub(super) fn reached(iso: f32) -> bool {
+    iso > REACHED
+}
+
+/// Initial words of every buffer, and how the fields are linked.
+#[derive(Debug, Default)]
+pub(super) struct Statics {
+    pub(super) sizes: Sizes,
+    pub(super) joints: usize,
+    /// Initial content; buffers that are not here start as zeros of [`Statics::words`].
+    pub(super) content: BTreeMap<u32, Vec<u32>>,
+    /// Words of every buffer.
+    pub(super) words: BTreeMap<u32, usize>,
+    /// [`crate::layout::FieldPose::link`] of every field.
+    pub(super) links: Vec<u32>,
+    /// Operators with a volume, in the order of their numbers (from 1).
+    pub(super) operators: Vec<Operator>,
+}
+
+impl Statics {
+    /// Everything that follows from the rig alone.
+    pub(super) fn new(rig: &Rig, settings: &Settings) -> Result<Self> {
+        check(rig)?;
+        let mut s = Self {
+            sizes: Sizes {
+                vertices: rig.mesh.positions.len() as u32,
+                rows: rig.rows.vertex.len() as u32,
+                width: rig.weights.width as u32,
+                fields: rig.fields.len() as u32,
+            },
+            joints: rig.skeleton.joints.len(),
+            ..Self::default()
+        };
+        s.mesh(rig);
+        s.influences(rig);
+        s.composition(rig)?;
+        s.transients(settings);
+        Ok(s)
+    }
+
+    /// Words of an index cell.
+    pub(super) fn cell_words(&self) -> u32 {
+        self.sizes.fields.div_ceil(32).max(1)
+    }
+
+    /// The list of vertices to project: in reach of a field and not bound to geometric skinning.
+    pub(super) fn seeds(rig: &Rig, iso: &[f32]) -> Vec<u32> {
+        let movable = |v: &u32| reached(iso[*v as usize]) && !rig.geometric[*v as usize];
+        (0..rig.mesh.positions.len() as u32)
+            .filter(movable)
+            .collect()
+    }
+
+    /// Heads of the work lists as a frame begins: the seeds, the rest empty.
+    pub(super) fn dispatches(settings: &Settings, seeds: usize) -> Vec<Dispatch> {
+        let mut heads = vec![Dispatch::of(0); super::plan::dispatch_rows(settings) as usize];
+        heads[0] = Dispatch::of(seeds);
+        heads
+    }
+
+    fn put<T: Pod>(&mut self, resource: Resource, content: &[T]) {
+        let words: Vec<u32> = cast_slice(content).to_vec();
+        // No buffer is empty.
+        self.words.insert(resource as u32, words.len().max(4));
+        self.content.insert(resource as u32, words);
+    }
+
+    fn size<T>(&mut self, resource: Resource, count: usize) {
+        let words = (count.max(1) * size_of::<T>()).div_ceil(4);
+        self.words.insert(resource as u32, words.max(4));
+    }
+
+    fn mesh(&mut self, rig: &Rig) {
+        let mesh = &rig.mesh;
+        let vertices: Vec<Vertex> = (0..mesh.positions.len())
+            .map(|v| Vertex {
+                position: mesh.positions[v].to_array(),
+                radius: rig.radius[rig.part[v] as usize],
+                normal: mesh.normals[v].to_array(),
+                part: rig.part[v].into(),
+            })
+            .collect();
+        self.put(Resource::Vertices, &vertices);
+        self.put(Resource::FileRows, &rig.rows.vertex);
+        self.put(Resource::FileNormals, &rig.rows.normals);
+        let identity: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+        self.put(Resource::WeldedRows, &identity);
+        self.put(Resource::WeldedNormals, &mesh.normals);
+        self.put(Resource::RingOffsets, &mesh.one_ring.offsets);
+        self.put(Resource::Rings, &mesh.one_ring.items);
+        self.put(Resource::MeanValues, &rig.mean_value);
+        self.put(Resource::NeighbourhoodOffsets, &rig.neighbourhood.offsets);
+        self.put(Resource::Neighbourhoods, &rig.neighbourhood.items);
+        self.put(Resource::CornerOffsets, &mesh.corners.offsets);
+        self.put(Resource::Corners, &mesh.corners.items);
+    }
+
+    fn influences(&mut self, rig: &Rig) {
+        let pairs = rig.weights.joints.chunks(2);
+        let packed: Vec<u32> = pairs
+            .map(|p| u32::from(p[0]) | u32::from(*p.get(1).unwrap_or(&0)) << 16)
+            .collect();
+        self.put(Resource::InfluenceJoints, &packed);
+        self.put(Resource::InfluenceWeights, &rig.weights.weights);
+    }
+
+    fn composition(&mut self, rig: &Rig) -> Result<()> {
+        let mut curves: Vec<&OpeningCurve> = Vec::new();
+        for field in 0..rig.fields.len() {
+            let c = &rig.composition;
+            let (operator, parent) = (c.operator[field], c.parent[field]);
+            if operator == Operator::Union || parent == u32::MAX {
+                self.links.push(NO_FIELD);
+                continue;
+            }
+            let number = row_of(&mut self.operators, operator) + 1;
+            let curve = row_of(&mut curves, &c.opening[field]);
+            if curve > 255 {
+                return Err(Error::argument(
+                    "--opening",
+                    "more than 256 different opening curves",
+                ));
+            }
+            self.links
+                .push(parent | (number as u32) << 16 | (curve as u32) << 24);
+        }
+        let table: Vec<f32> = curves.iter().flat_map(|c| c.table()).collect();
+        self.put(Resource::Opening, &table);
+        Ok(())
+    }
+
+    fn transients(&mut self, settings: &Settings) {
+        let (vertices, rows) = (self.sizes.vertices as usize, self.sizes.rows as usize);
+        let vectors = [
+            Resource::Geometric,
+            Resource::Positions,
+            Resource::Relaxed,
+            Resource::SmoothNormals,
+            Resource::Anchors,
+            Resource::Gradients,
+        ];
+        vectors.map(|r| self.size::<[f32; 4]>(r, vertices));
+        // Both the welded vertices and the file's rows are skinned with their rotations.
+        self.size::<[f32; 4]>(Resource::Rotations, vertices.max(rows));
+        let words = [
+            Resource::SeedList,
+            Resource::IsoValues,
+            Resource::Status,
+            Resource::LiveA,
+            Resource::LiveB,
+            Resource::ContactList,
+            Resource::RegionList,
+            Resource::Region,
+            Resource::BetaA,
+            Resource::BetaB,
+        ];
+        words.map(|r| self.size::<u32>(r, vertices));
+        [Resource::SkinPositions, Resource::SkinNormals].map(|r| self.size::<[f32; 4]>(r, rows));
+        self.size::<u32>(Resource::GroupCounts, vertices.div_ceil(64));
+        let heads = super::plan::dispatch_rows(settings) as usize;
+        [Resource::SeedDispatches, Resource::Dispatches].map(|r| self.size::<Dispatch>(r, heads));
+        self.size::<u32>(
+            Resource::Index,
+            (CELLS * CELLS * CELLS * self.cell_words()) as usize,
+        );
+    }
+}
+
+/// Row of `item` in `list`, appended where it is not there yet.
+fn row_of<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
+    list.iter()
+        .position(|known| *known == item)
+        .unwrap_or_else(|| {
+            list.push(item);
+            list.len() - 1
+        })
+}
+
+fn check(rig: &Rig) -> Result<()> {
+    if rig.fields.len() > MAX_FIELDS {
+        let reason = format!("{} fields; at most {MAX_FIELDS} fit", rig.fields.len());
+        return Err(Error::argument(rig.name.clone(), reason));
+    }
+    if rig.mesh.positions.is_empty() || rig.skeleton.joints.is_empty() {
+        return Err(Error::argument(
+            rig.name.clone(),
+            "no vertices or no joints",
+        ));
+    }
+    Ok(())
+}

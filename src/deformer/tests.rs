@@ -1,0 +1,321 @@
+//! Every GPU pass against its twin, on real input, every buffer it writes.
+
+#![allow(clippy::unwrap_used)]
+
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+use super::{machine::GpuMachine, *};
+use crate::{
+    gpu::{Access, DeviceSelector, GpuOptions},
+    report::Progress,
+    rig::Options,
+};
+
+/// Relative error of a float: products of a few rounded factors, evaluated in another order by the driver's compiler.
+const ROUNDING: f32 = 2e-5;
+/// Absolute error of a field value: half-float texels filtered with weights of about 12 bits.
+const FILTERING: f32 = 2e-4;
+
+pub(super) fn gpu() -> Option<Gpu> {
+    if std::env::var_os("DERMIS_NO_GPU").is_some() {
+        eprintln!("skipped: DERMIS_NO_GPU is set");
+        return None;
+    }
+    let options = GpuOptions {
+        device: DeviceSelector::Auto,
+        validation: true,
+        budget: None,
+        profile: false,
+    };
+    Some(Gpu::new(&options).expect("a Vulkan device"))
+}
+
+pub(super) fn rig(file: &str, joints: &[(&str, crate::compose::Operator)]) -> Option<Arc<Rig>> {
+    let data = std::env::var_os("DERMIS_DATA")
+        .map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
+    if !data.exists() {
+        eprintln!("skipped: {} does not exist", data.display());
+        return None;
+    }
+    let model = crate::asset::load(&data.join("characters").join(file)).unwrap();
+    let joints = joints
+        .iter()
+        .map(|(name, op)| (name.to_string(), *op))
+        .collect();
+    let options = Options {
+        joints,
+        ..Options::default()
+    };
+    Some(Arc::new(
+        Rig::prepare(&model, &options, &|_: Progress| {}).unwrap(),
+    ))
+}
+
+/// A step's buffers, as words.
+type Words = BTreeMap<u32, Vec<u32>>;
+
+fn bound(step: &Step) -> Vec<Resource> {
+    match step {
+        Step::Clear(r) => vec![*r],
+        Step::Copy(a, b) => vec![*a, *b],
+        Step::Dispatch { bind, .. } => [&bind[..], &[Resource::Dispatches]].concat(),
+    }
+}
+
+fn download(machine: &GpuMachine, step: &Step) -> Words {
+    let buffers = bound(step)
+        .into_iter()
+        .filter(|r| matches!(r.kind(), Kind::Static | Kind::Transient));
+    let used = buffers.filter(|r| machine.resources.has(*r));
+    used.map(|r| (r as u32, machine.resources.read(&machine.gpu, r).unwrap()))
+        .collect()
+}
+
+/// Runs one step on both devices from the same content; returns (GPU, twin).
+fn both(
+    machine: &GpuMachine,
+    store: &mut cpu::Store,
+    upload: &PoseUpload,
+    step: &Step,
+) -> (Words, Words) {
+    for (r, words) in download(machine, step) {
+        store.write(Resource::ALL[r as usize], &words);
+    }
+    let mut frame = machine
+        .resources
+        .frame(&machine.gpu, "twin", std::slice::from_ref(step))
+        .unwrap();
+    machine.resources.pose(&mut frame, upload).unwrap();
+    frame.submit().unwrap();
+    frame.wait().unwrap();
+    store.run(std::slice::from_ref(step));
+    let gpu = download(machine, step);
+    let twin = gpu
+        .keys()
+        .map(|r| (*r, store.read::<u32>(Resource::ALL[*r as usize]).to_vec()));
+    let twin = twin.collect();
+    (gpu, twin)
+}
+
+fn is_integer(r: Resource) -> bool {
+    use Resource as R;
+    matches!(
+        r,
+        R::Status
+            | R::GroupCounts
+            | R::LiveA
+            | R::LiveB
+            | R::ContactList
+            | R::RegionList
+            | R::Dispatches
+            | R::Region
+            | R::Index
+    )
+}
+
+/// Words that differ: integers at all, floats beyond the tolerance.
+fn differing(r: Resource, gpu: &[u32], twin: &[u32], size: f32) -> Vec<usize> {
+    let close = |a: u32, b: u32| {
+        if is_integer(r) {
+            return a == b;
+        }
+        let (a, b) = (f32::from_bits(a), f32::from_bits(b));
+        let scale = if matches!(r, Resource::Gradients) {
+            20.0 / size
+        } else {
+            1.0
+        };
+        (a - b).abs() <= ROUNDING * (a.abs() + b.abs() + size) + FILTERING * scale
+    };
+    (0..gpu.len().min(twin.len()))
+        .filter(|&i| !close(gpu[i], twin[i]))
+        .collect()
+}
+
+fn written(step: &Step) -> Vec<Resource> {
+    match step {
+        Step::Clear(r) | Step::Copy(_, r) => vec![*r],
+        Step::Dispatch { pass, bind, .. } => {
+            let access = pass.declaration.bindings.iter().map(|b| b.access);
+            access
+                .zip(bind)
+                .filter(|(a, _)| matches!(a, Access::Write | Access::ReadWrite))
+                .map(|(_, r)| *r)
+                .collect()
+        }
+    }
+}
+
+fn name(step: &Step) -> &'static str {
+    match step {
+        Step::Clear(_) => "clear",
+        Step::Copy(..) => "copy",
+        Step::Dispatch { pass, .. } => pass.declaration.name,
+    }
+}
+
+/// Vertices of a projection whose outcome hangs on rounding: another state, or a march that branched.
+fn branched(gpu: &Words, twin: &Words) -> Vec<usize> {
+    let status = Resource::Status as u32;
+    (0..gpu[&status].len())
+        .filter(|&v| gpu[&status][v] != twin[&status][v])
+        .collect()
+}
+
+fn compare(
+    machine: &GpuMachine,
+    store: &mut cpu::Store,
+    upload: &PoseUpload,
+    step: &Step,
+    size: f32,
+) {
+    let (gpu, mut twin) = both(machine, store, upload, step);
+    if name(step) == "project" {
+        // A vertex within rounding of a threshold may stop a step earlier or later: at most 1 in 200 does,
+        // and its workgroup's count follows its own state.
+        let branched = branched(&gpu, &twin);
+        let vertices = gpu[&(Resource::Status as u32)].len();
+        assert!(
+            branched.len() * 200 <= vertices + 199,
+            "{} of {vertices} vertices branched",
+            branched.len()
+        );
+        for r in [
+            Resource::Positions,
+            Resource::Anchors,
+            Resource::Gradients,
+            Resource::Status,
+        ] {
+            let width = if r == Resource::Status { 1 } else { 4 };
+            for &v in &branched {
+                let words = v * width..(v + 1) * width;
+                let from = gpu[&(r as u32)][words.clone()].to_vec();
+                twin.get_mut(&(r as u32)).unwrap()[words].copy_from_slice(&from);
+            }
+        }
+        if !branched.is_empty() {
+            twin.insert(
+                Resource::GroupCounts as u32,
+                gpu[&(Resource::GroupCounts as u32)].clone(),
+            );
+        }
+    }
+    for r in written(step) {
+        let (a, b) = (&gpu[&(r as u32)], &twin[&(r as u32)]);
+        let wrong = differing(r, a, b, size);
+        let first = wrong
+            .first()
+            .map(|&i| (i, f32::from_bits(a[i]), f32::from_bits(b[i]), a[i], b[i]));
+        assert!(
+            wrong.is_empty(),
+            "{} {}: {} words differ, first {first:?}",
+            name(step),
+            r.label(),
+            wrong.len()
+        );
+        // The comparison can fail: a perturbed buffer is rejected.
+        let mut broken = b.clone();
+        let at = broken.len() / 2;
+        broken[at] = if is_integer(r) {
+            broken[at] ^ 1
+        } else {
+            (f32::from_bits(broken[at]) + 0.05 * size + 0.05).to_bits()
+        };
+        assert!(
+            differing(r, a, &broken, size).contains(&at),
+            "{} {}: a wrong value passed",
+            name(step),
+            r.label()
+        );
+    }
+}
+
+fn compare_all(file: &str, joints: &[(&str, crate::compose::Operator)], methods: &[Method]) {
+    let (Some(gpu), Some(rig)) = (gpu(), rig(file, joints)) else {
+        return;
+    };
+    for &method in methods {
+        let settings = Settings {
+            method,
+            rounds: 6,
+            ..Settings::default()
+        };
+        let mut deformer =
+            Deformer::new(&Device::Gpu(gpu.clone()), rig.clone(), &settings).unwrap();
+        let mut twin = Deformer::new(&Device::Cpu, rig.clone(), &settings).unwrap();
+        let pose = Pose::random(&rig.skeleton, 60.0, 3).unwrap();
+        deformer.advance(&pose).unwrap();
+        deformer.wait().unwrap();
+        let (Machine::Gpu(machine), Machine::Cpu(cpu)) = (&deformer.machine, &mut twin.machine)
+        else {
+            unreachable!()
+        };
+        cpu.store.pose(&deformer.upload);
+        (cpu.store.atlas, cpu.store.operators) = machine.resources.images(&machine.gpu).unwrap();
+        let size = rig
+            .mesh
+            .positions
+            .iter()
+            .fold(0.0f32, |a, p| a.max(p.length()));
+        for step in plan::frame(&deformer.statics.sizes, &settings) {
+            compare(machine, &mut cpu.store, &deformer.upload, &step, size);
+        }
+    }
+    assert_eq!(gpu.validation_messages(), Vec::<String>::new());
+}
+
+#[test]
+fn every_pass_agrees_with_its_twin_on_cesium_man() {
+    use crate::compose::Operator::{Blend, Bulge};
+    let all = [Method::Lbs, Method::Dqs, Method::Implicit];
+    compare_all(
+        "khronos/CesiumMan.glb",
+        &[("leg_joint_L_2", Blend), ("leg_joint_R_2", Bulge)],
+        &all,
+    );
+}
+
+#[test]
+fn every_pass_agrees_with_its_twin_on_a_human() {
+    compare_all("mesh2motion/human-male.glb", &[], &[Method::Implicit]);
+}
+
+#[test]
+fn the_same_pose_gives_the_same_bits() {
+    let (Some(gpu), Some(rig)) = (gpu(), rig("khronos/CesiumMan.glb", &[])) else {
+        return;
+    };
+    let pose = Pose::random(&rig.skeleton, 60.0, 3).unwrap();
+    let skins = [0, 1].map(|_| {
+        let mut deformer =
+            Deformer::new(&Device::Gpu(gpu.clone()), rig.clone(), &Settings::default()).unwrap();
+        deformer.advance(&Pose::rest(&rig.skeleton)).unwrap();
+        deformer.advance(&pose).unwrap();
+        deformer.read().unwrap()
+    });
+    assert!(skins[0] == skins[1]);
+    assert!(skins[0].state.contains(&(state::ON_ISO as u8)));
+}
+
+#[test]
+fn the_rest_pose_is_a_fixed_point() {
+    let (Some(gpu), Some(rig)) = (gpu(), rig("khronos/CesiumMan.glb", &[])) else {
+        return;
+    };
+    for device in [Device::Cpu, Device::Gpu(gpu)] {
+        let mut deformer = Deformer::new(&device, rig.clone(), &Settings::default()).unwrap();
+        deformer.advance(&Pose::rest(&rig.skeleton)).unwrap();
+        let skin = deformer.read().unwrap();
+        let (low, high) = rig
+            .mesh
+            .positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| {
+                (l.min(*p), h.max(*p))
+            });
+        for (row, p) in skin.positions.iter().enumerate() {
+            let rest = rig.mesh.positions[rig.rows.vertex[row] as usize];
+            assert!((*p - rest).length() <= 1e-5 * (high - low).length());
+        }
+    }
+}

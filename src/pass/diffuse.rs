@@ -1,0 +1,60 @@
+//! One step of the diffusion of β over the mesh (implicit skinning 2013, section 5).
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "diffuse",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/diffuse.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "list",
+            access: Access::Read,
+        },
+        Binding {
+            name: "dispatches",
+            access: Access::Read,
+        },
+        Binding {
+            name: "ring_offsets",
+            access: Access::Read,
+        },
+        Binding {
+            name: "rings",
+            access: Access::Read,
+        },
+        Binding {
+            name: "status",
+            access: Access::Read,
+        },
+        Binding {
+            name: "region",
+            access: Access::Read,
+        },
+        Binding {
+            name: "betas",
+            access: Access::Read,
+        },
+        Binding {
+            name: "diffused",
+            access: Access::Write,
+        },
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Row of the list's head.
+    pub dispatch: u32,
+    /// β is the contact state.
+    pub first: u32,
+}

@@ -1,0 +1,24 @@
+//! Index of the posed field boxes on a 32³ grid: a bit mask of fields a cell.
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "index",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/index.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "fields",
+            access: Access::Uniform,
+        },
+        Binding {
+            name: "index",
+            access: Access::Write,
+        },
+    ],
+    constants: 0,
+    local_size: [4, 4, 4],
+};

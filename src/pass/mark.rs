@@ -1,0 +1,46 @@
+//! Marks the neighbourhood of contact vertices, where β and the smoothing act.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "mark",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/mark.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "list",
+            access: Access::Read,
+        },
+        Binding {
+            name: "dispatches",
+            access: Access::Read,
+        },
+        Binding {
+            name: "neighbourhood_offsets",
+            access: Access::Read,
+        },
+        Binding {
+            name: "neighbourhoods",
+            access: Access::Read,
+        },
+        Binding {
+            name: "region",
+            access: Access::ReadWrite,
+        },
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Row of the list's head.
+    pub dispatch: u32,
+}

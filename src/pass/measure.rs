@@ -1,0 +1,54 @@
+//! The composed field at every vertex: iso-values at rest, and the field that the output reports.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "measure",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/measure.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "positions",
+            access: Access::Read,
+        },
+        Binding {
+            name: "values",
+            access: Access::Write,
+        },
+        Binding {
+            name: "fields",
+            access: Access::Uniform,
+        },
+        Binding {
+            name: "index",
+            access: Access::Read,
+        },
+        Binding {
+            name: "atlas",
+            access: Access::Sampled,
+        },
+        Binding {
+            name: "operators",
+            access: Access::Sampled,
+        },
+        Binding {
+            name: "opening",
+            access: Access::Read,
+        },
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Welded vertices.
+    pub vertices: u32,
+}

@@ -1,0 +1,54 @@
+//! One Laplacian smoothing step at and around contacts (implicit skinning 2013, Eq. 7).
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "smooth",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/smooth.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "list",
+            access: Access::Read,
+        },
+        Binding {
+            name: "dispatches",
+            access: Access::Read,
+        },
+        Binding {
+            name: "ring_offsets",
+            access: Access::Read,
+        },
+        Binding {
+            name: "rings",
+            access: Access::Read,
+        },
+        Binding {
+            name: "betas",
+            access: Access::Read,
+        },
+        Binding {
+            name: "starts",
+            access: Access::Read,
+        },
+        Binding {
+            name: "smoothed",
+            access: Access::Write,
+        },
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Row of the list's head.
+    pub dispatch: u32,
+}

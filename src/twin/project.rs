@@ -1,0 +1,133 @@
+//! Twin of `shaders/project.comp`.
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::{
+    Args,
+    shared::{field::Composite, list},
+};
+use crate::{
+    layout::{Vertex, state},
+    pass::project::{Constants, FRESH, HOLD, LAST},
+};
+
+const STEP: f32 = 0.1;
+const FLAT: f32 = 1e-3;
+const PIT: f32 = 1e-5;
+const RELAXED_PIT: f32 = 0.02;
+
+/// What the pass knows of one vertex.
+#[derive(Clone, Copy)]
+struct March {
+    x: Vec3,
+    anchor: Vec4,
+    gradient: Vec4,
+    status: u32,
+}
+
+/// Projects the listed vertices.
+pub fn run(args: &mut Args<'_>) {
+    let c: Constants = args.constants();
+    let listed = list::items(args, c.dispatch);
+    let start = args.read::<[f32; 4]>(2);
+    let geometric = args.read::<[f32; 4]>(3);
+    let vertices = args.read::<Vertex>(4);
+    let iso = args.read::<f32>(5);
+    let position = args.write::<[f32; 4]>(6);
+    let anchor = args.write::<[f32; 4]>(7);
+    let gradient = args.write::<[f32; 4]>(8);
+    let status = args.write::<u32>(9);
+    let group_count = args.write::<u32>(10);
+    let field = Composite::new(args, 11);
+    let done: Vec<March> = listed
+        .par_iter()
+        .map(|&v| {
+            let v = v as usize;
+            let begin = March {
+                x: Vec3::from_slice(&start[v]),
+                anchor: Vec4::from_array(anchor[v]),
+                gradient: Vec4::from_array(gradient[v]),
+                status: status[v],
+            };
+            let radius = vertices[v].radius * field.scale();
+            march(
+                begin,
+                iso[v],
+                radius,
+                Vec3::from_slice(&geometric[v]),
+                &c,
+                &field,
+            )
+        })
+        .collect();
+    for (&v, m) in listed.iter().zip(&done) {
+        let v = v as usize;
+        position[v] = m.x.extend(m.gradient.w).to_array();
+        anchor[v] = m.anchor.to_array();
+        gradient[v] = m.gradient.to_array();
+        status[v] = m.status;
+    }
+    for (group, chunk) in done.chunks(64).enumerate() {
+        let live = chunk.iter().filter(|m| state::of(m.status) == state::LIVE);
+        group_count[group] = live.count() as u32;
+    }
+}
+
+/// Newton steps of one vertex until it settles, meets a discontinuity or has used up this call's steps.
+fn march(
+    begin: March,
+    iso: f32,
+    radius: f32,
+    home: Vec3,
+    c: &Constants,
+    field: &Composite<'_>,
+) -> March {
+    let mut m = begin;
+    let mut evaluations = state::evaluations(m.status);
+    let mut fetches = state::fetches(m.status);
+    let mut known = c.flags & FRESH == 0;
+    let held = c.flags & HOLD != 0 && state::of(m.status) == state::CONTACT;
+    let mut allowed = if known { RELAXED_PIT } else { PIT };
+    let rounds = c.steps + u32::from(c.flags & LAST != 0);
+    let mut now = state::LIVE;
+    for s in 0..rounds {
+        let (f, g) = field.evaluate(m.x, &mut fetches);
+        evaluations += 1;
+        let off = (f - iso).abs();
+        let steep = g.length();
+        let before = m.gradient.truncate();
+        let turned = g.dot(before) < c.cos_contact * steep * before.length();
+        if known && (turned || off > m.anchor.w + allowed) {
+            now = state::CONTACT;
+            m.x = m.anchor.truncate();
+            break;
+        }
+        m.anchor = m.x.extend(off);
+        m.gradient = g.extend(f);
+        known = true;
+        allowed = PIT;
+        if held {
+            now = state::CONTACT;
+        } else if off < c.tolerance {
+            now = state::ON_ISO;
+        } else if steep * radius < FLAT {
+            now = state::OUTSIDE;
+        } else if s < c.steps {
+            m.x += shorten(c.sigma * (iso - f) / (steep * steep) * g, STEP * radius);
+            m.x = home + shorten(m.x - home, radius);
+        } else {
+            now = state::LIMIT;
+        }
+        if now != state::LIVE {
+            break;
+        }
+    }
+    m.status = now | evaluations.min(255) << 8 | fetches.min(0xffff) << 16;
+    m
+}
+
+fn shorten(d: Vec3, limit: f32) -> Vec3 {
+    let l = d.length();
+    if l > limit { d * (limit / l) } else { d }
+}

@@ -1,0 +1,132 @@
+//! Twin of `shaders/shared/field.glsl`: the composed field and its gradient.
+
+use glam::{Vec3, Vec4};
+
+use crate::{
+    layout::{CELLS, FieldPose, FieldsHead, OPENING_ROWS},
+    twin::{Args, Image, cast},
+};
+
+const NULL_GRADIENT: f32 = 1e-6;
+const UNION: u32 = 0;
+
+/// The five bindings that every pass with a composed field has, from `first` on.
+#[derive(Clone, Copy)]
+pub struct Composite<'a> {
+    head: FieldsHead,
+    fields: &'a [FieldPose],
+    index: &'a [u32],
+    atlas: &'a Image,
+    operators: &'a Image,
+    opening: &'a [f32],
+}
+
+impl<'a> Composite<'a> {
+    /// Reads the bindings.
+    pub fn new(args: &Args<'a>, first: usize) -> Self {
+        let words = args.read::<u32>(first);
+        let head = size_of::<FieldsHead>() / 4;
+        Self {
+            head: bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words[..head])),
+            fields: cast(&words[head..]),
+            index: args.read(first + 1),
+            atlas: args.image(first + 2),
+            operators: args.image(first + 3),
+            opening: args.read(first + 4),
+        }
+    }
+
+    /// Model units a rest unit.
+    pub fn scale(&self) -> f32 {
+        self.head.box_scale[3]
+    }
+
+    /// f and its gradient at `x` in model space; counts texture fetches.
+    pub fn evaluate(&self, x: Vec3, fetches: &mut u32) -> (f32, Vec3) {
+        let mut best = Vec4::ZERO;
+        let Some(cell) = self.cell(x) else {
+            return (0.0, Vec3::ZERO);
+        };
+        for (word, &mask) in cell.iter().enumerate() {
+            let mut bits = mask;
+            while bits != 0 {
+                let i = word * 32 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let s = self.at_joint(i, x, fetches);
+                if s.x > best.x {
+                    best = s;
+                }
+            }
+        }
+        (best.x, Vec3::new(best.y, best.z, best.w))
+    }
+
+    /// Mask words of the cell that holds `x`.
+    fn cell(&self, x: Vec3) -> Option<&'a [u32]> {
+        let origin = Vec3::from_slice(&self.head.grid_origin);
+        let at = (x - origin) * Vec3::from_slice(&self.head.grid_inverse);
+        if !(at.cmpge(Vec3::ZERO).all() && at.cmplt(Vec3::splat(CELLS as f32)).all()) {
+            return None;
+        }
+        let c = at.as_uvec3();
+        let words = self.head.grid_origin[3] as usize;
+        let first = ((c.z * CELLS + c.y) * CELLS + c.x) as usize * words;
+        Some(&self.index[first..first + words])
+    }
+
+    /// Field `i`, combined with its parent where their joint has an operator other than the union.
+    fn at_joint(&self, i: usize, x: Vec3, fetches: &mut u32) -> Vec4 {
+        let s = self.sample(i, x, fetches);
+        let link = self.fields[i].link;
+        let kind = (link >> 16) & 0xff;
+        if kind != UNION && s.x > 0.0 {
+            let parent = self.sample((link & 0xffff) as usize, x, fetches);
+            if parent.x > 0.0 {
+                return self.combine(kind, link >> 24, s, parent, fetches);
+            }
+        }
+        s
+    }
+
+    fn sample(&self, i: usize, x: Vec3, fetches: &mut u32) -> Vec4 {
+        let pose = &self.fields[i];
+        let rows = pose.rows.map(Vec4::from_array);
+        let at = Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w));
+        if at.cmplt(Vec3::ZERO).any() || at.cmpgt(Vec3::ONE).any() {
+            return Vec4::ZERO;
+        }
+        *fetches += 1;
+        let scale = Vec3::from_slice(&self.head.box_scale);
+        let t = self
+            .atlas
+            .sample((Vec3::from_array(pose.tile) + at * scale).to_array());
+        let g = t[1] * rows[0].truncate() + t[2] * rows[1].truncate() + t[3] * rows[2].truncate();
+        Vec4::new(t[0], g.x, g.y, g.z)
+    }
+
+    fn combine(&self, kind: u32, curve: u32, a: Vec4, b: Vec4, fetches: &mut u32) -> Vec4 {
+        let (ga, gb) = (Vec3::new(a.y, a.z, a.w), Vec3::new(b.y, b.z, b.w));
+        let (la, lb) = (ga.length(), gb.length());
+        if la.min(lb) < NULL_GRADIENT {
+            return if a.x >= b.x { a } else { b };
+        }
+        let angle = self.tan_opening(curve, ga.dot(gb) / (la * lb));
+        let at = Vec3::new(a.x, b.x, angle).clamp(Vec3::ZERO, Vec3::ONE) * 127.0 + 0.5;
+        let z = at.z + 128.0 * (kind - 1) as f32;
+        let size = self.operators.extent.map(|e| e as f32);
+        *fetches += 1;
+        let g = self
+            .operators
+            .sample([at.x / size[0], at.y / size[1], z / size[2]]);
+        let gradient = g[1] * ga + g[2] * gb;
+        Vec4::new(g[0], gradient.x, gradient.y, gradient.z)
+    }
+
+    fn tan_opening(&self, curve: u32, cosine: f32) -> f32 {
+        let at = (cosine * 0.5 + 0.5).clamp(0.0, 1.0) * (OPENING_ROWS - 1) as f32;
+        let row = (at as usize).min(OPENING_ROWS - 2);
+        let base = curve as usize * OPENING_ROWS + row;
+        let t = at - row as f32;
+        self.opening[base] * (1.0 - t) + self.opening[base + 1] * t
+    }
+}

@@ -1,0 +1,5 @@
+//! Twins of the included shader files (`shaders/shared`).
+
+pub mod field;
+pub mod list;
+pub mod rotation;
