@@ -77,7 +77,7 @@ pub(super) fn dispatch_rows(settings: &Settings) -> u32 {
 }
 
 /// The steps of one frame.
-pub fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     match settings.method {
         Method::Lbs => vec![skin_file_rows(sizes, true)],
         Method::Dqs => vec![skin_file_rows(sizes, false)],
@@ -86,7 +86,7 @@ pub fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
 }
 
 /// The steps that measure the iso-values of whatever [`Resource::Positions`] holds.
-pub fn measure_iso(sizes: &Sizes) -> Vec<Step> {
+pub(super) fn measure_iso(sizes: &Sizes) -> Vec<Step> {
     let constants = pass::measure::Constants {
         vertices: sizes.vertices,
     };

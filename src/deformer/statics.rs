@@ -157,7 +157,9 @@ impl Statics {
             Resource::Anchors,
             Resource::Gradients,
         ];
-        vectors.map(|r| self.size::<[f32; 4]>(r, vertices));
+        for r in vectors {
+            self.size::<[f32; 4]>(r, vertices);
+        }
         // Both the welded vertices and the file's rows are skinned with their rotations.
         self.size::<[f32; 4]>(Resource::Rotations, vertices.max(rows));
         let words = [
@@ -172,11 +174,17 @@ impl Statics {
             Resource::BetaA,
             Resource::BetaB,
         ];
-        words.map(|r| self.size::<u32>(r, vertices));
-        [Resource::SkinPositions, Resource::SkinNormals].map(|r| self.size::<[f32; 4]>(r, rows));
+        for r in words {
+            self.size::<u32>(r, vertices);
+        }
+        for r in [Resource::SkinPositions, Resource::SkinNormals] {
+            self.size::<[f32; 4]>(r, rows);
+        }
         self.size::<u32>(Resource::GroupCounts, vertices.div_ceil(64));
         let heads = super::plan::dispatch_rows(settings) as usize;
-        [Resource::SeedDispatches, Resource::Dispatches].map(|r| self.size::<Dispatch>(r, heads));
+        for r in [Resource::SeedDispatches, Resource::Dispatches] {
+            self.size::<Dispatch>(r, heads);
+        }
         self.size::<u32>(
             Resource::Index,
             (CELLS * CELLS * CELLS * self.cell_words()) as usize,

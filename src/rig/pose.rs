@@ -123,6 +123,8 @@ fn check(matrix: &Mat4) -> Result<(), &'static str> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use glam::Vec3;
+
     use super::*;
     use crate::rig::skeleton::tests::skeleton;
 
