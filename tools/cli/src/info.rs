@@ -25,7 +25,7 @@ Examples:
   dermis info CesiumMan.glb --fields       prepare it, too: fields, and vertices that follow geometric skinning
   dermis info CesiumMan.glb --json - | jq .joints")]
 pub(crate) struct Args {
-    /// glTF, GLB or OBJ file.
+    /// glTF or GLB file.
     file: PathBuf,
     /// Prepare the character as bake would, and report its fields and what the preparation left out.
     #[arg(long)]

@@ -1,11 +1,23 @@
 //! Command line of dermis: bake, render, bench and profile character skin.
 
+mod bake;
+mod bench;
+mod bench_report;
 mod console;
 mod devices;
 mod info;
 mod options;
+mod output;
+mod parse;
+mod poses;
+mod profile;
 mod progress;
+mod samples;
+mod session;
+mod settled;
+mod stats;
 mod table;
+mod trace;
 
 use std::{
     io, panic,
@@ -34,6 +46,9 @@ struct Cli {
 enum Command {
     Devices(devices::Args),
     Info(info::Args),
+    Bake(bake::Args),
+    Bench(bench::Args),
+    Profile(profile::Args),
 }
 
 fn main() -> ExitCode {
@@ -60,6 +75,9 @@ fn run(command: &Command) -> Result<()> {
     match command {
         Command::Devices(args) => devices::run(args),
         Command::Info(args) => info::run(args),
+        Command::Bake(args) => bake::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Profile(args) => profile::run(args),
     }
 }
 

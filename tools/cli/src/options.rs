@@ -1,8 +1,124 @@
 //! Options that the commands share.
 
-use std::path::PathBuf;
+use std::{ops::Range, path::PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use dermis::{
+    Error, Result,
+    compose::{OpeningCurve, Operator},
+    deformer::Method,
+};
+
+use crate::parse::{self, DeviceChoice};
+
+/// Where to compute.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Device")]
+pub(crate) struct DeviceOptions {
+    /// Device that computes: `auto` takes the best Vulkan device and falls back to `cpu`, which is slow; a number or a
+    /// part of a name is one of `dermis devices`.
+    #[arg(long, default_value = "auto", value_name = "auto|cpu|INDEX|NAME-PART")]
+    pub(crate) device: DeviceChoice,
+    /// Turn on Vulkan's validation layer, synchronization validation included; any message makes the command fail.
+    #[arg(long)]
+    pub(crate) validation: bool,
+    /// Refuse to hold more device memory than this, such as 512K, 64M or 1G.
+    #[arg(long, value_name = "BYTES", value_parser = parse::bytes)]
+    pub(crate) budget: Option<u64>,
+}
+
+/// How the character is prepared.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Preparation")]
+pub(crate) struct RigOptions {
+    /// Operator between a joint's part and its parent's part (repeatable); union where none is given.
+    #[arg(long, value_name = "NAME=union|blend|bulge", value_parser = parse::joint)]
+    pub(crate) joint: Vec<(String, Operator)>,
+    /// Opening curve of a joint's operator (repeatable): a preset, or three points cosine:opening with rising cosines
+    /// and openings between 0 (full operator) and 1 (union).
+    #[arg(long, value_name = "NAME=elbow|finger|b:F,b:F,b:F", value_parser = parse::opening)]
+    pub(crate) opening: Vec<(String, OpeningCurve)>,
+    /// Size of the bulge at a contact; 0 gives none, 1 is the authors' size.
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse::not_negative)]
+    pub(crate) magnitude: f32,
+    /// Subdivide the mesh this many times before the preparation; each time quadruples the triangles.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4))]
+    pub(crate) subdivide: u32,
+    /// Keep prepared characters in this folder and take them from there while the file and the options stay the same.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+}
+
+/// A way to deform, as the command line names it.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MethodName {
+    /// Linear blend skinning
+    Lbs,
+    /// Dual quaternion skinning
+    Dqs,
+    /// Implicit skinning (2013): contact and volume at the joints
+    Implicit,
+    /// Iso-surface tracking (2014), not in this version
+    Tracking,
+}
+
+impl MethodName {
+    /// The library's method.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the method that this version lacks.
+    pub(crate) fn method(self) -> Result<Method> {
+        match self {
+            Self::Lbs => Ok(Method::Lbs),
+            Self::Dqs => Ok(Method::Dqs),
+            Self::Implicit => Ok(Method::Implicit),
+            Self::Tracking => Err(Error::argument(
+                "--method tracking",
+                "this version has no iso-surface tracking; use lbs, dqs or implicit",
+            )),
+        }
+    }
+
+    /// Its word on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Lbs => "lbs",
+            Self::Dqs => "dqs",
+            Self::Implicit => "implicit",
+            Self::Tracking => "tracking",
+        }
+    }
+}
+
+/// Which poses.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Poses")]
+pub(crate) struct PoseOptions {
+    /// Clip of the file, by name or number; the first one where neither this nor another source of poses is given.
+    #[arg(long, value_name = "NAME|INDEX", group = "source")]
+    pub(crate) clip: Option<String>,
+    /// Poses from a JSON file: joint name → rotation, a list of such objects is a sequence.
+    #[arg(long, value_name = "FILE", group = "source")]
+    pub(crate) pose: Option<PathBuf>,
+    /// This many random poses.
+    #[arg(long, value_name = "N", group = "source", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) random: Option<u32>,
+    /// The rest pose only.
+    #[arg(long, group = "source")]
+    pub(crate) rest: bool,
+    /// Frames a second at which a clip is sampled and a sequence is played.
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse::positive)]
+    pub(crate) fps: f32,
+    /// Frames to take: A..B without B, A..=B with it.
+    #[arg(long, value_name = "A..B", value_parser = parse::frames)]
+    pub(crate) frames: Option<Range<usize>>,
+    /// Seed of the random poses.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Greatest angle of a random pose at a joint, in degrees; 90, or 45 in bench and profile, where it is not given.
+    #[arg(long, value_name = "X", value_parser = parse::not_negative)]
+    pub(crate) degrees: Option<f32>,
+}
 
 /// What is written besides the result.
 #[derive(Args, Clone, Debug, Default)]

@@ -17,7 +17,7 @@ pub(crate) struct Progress {
     stages: Mutex<Vec<Stage>>,
 }
 
-/// When a stage of the preparation was first and last heard of.
+/// A stage of the preparation, from its first word to the next stage's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stage {
     pub(crate) name: &'static str,
@@ -47,16 +47,16 @@ impl Progress {
     pub(crate) fn show(&self, progress: report::Progress) {
         let now = Instant::now();
         let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
-        match stages.iter_mut().find(|s| s.name == progress.stage) {
-            Some(stage) => stage.end = now,
-            None => {
-                self.bar.set_message(progress.stage);
-                stages.push(Stage {
-                    name: progress.stage,
-                    begin: now,
-                    end: now,
-                });
-            }
+        if let Some(last) = stages.last_mut() {
+            last.end = now;
+        }
+        if stages.iter().all(|s| s.name != progress.stage) {
+            self.bar.set_message(progress.stage);
+            stages.push(Stage {
+                name: progress.stage,
+                begin: now,
+                end: now,
+            });
         }
         self.bar.set_length(progress.total as u64);
         self.bar.set_position(progress.done as u64);
@@ -65,8 +65,13 @@ impl Progress {
     /// Removes the bar; the stages in the order in which they began.
     pub(crate) fn finish(self) -> Vec<Stage> {
         self.bar.finish_and_clear();
-        self.stages
+        let mut stages = self
+            .stages
             .into_inner()
-            .unwrap_or_else(PoisonError::into_inner)
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(last) = stages.last_mut() {
+            last.end = Instant::now();
+        }
+        stages
     }
 }

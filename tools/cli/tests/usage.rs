@@ -3,12 +3,12 @@
 
 mod common;
 
-use common::{data, dermis, good, stderr};
+use common::{asset, dermis, good, stderr};
 
 #[test]
 fn every_command_has_help_with_examples() {
     let general = good(&["--help"]);
-    for command in ["devices", "info"] {
+    for command in ["devices", "info", "bake", "bench", "profile"] {
         assert!(general.contains(command), "{general}");
         let help = good(&[command, "--help"]);
         assert!(help.contains("Examples:"), "{command}: {help}");
@@ -19,11 +19,61 @@ fn every_command_has_help_with_examples() {
 }
 
 #[test]
+fn commands_that_deform_share_their_options() {
+    let shared = [
+        "--device",
+        "--validation",
+        "--budget",
+        "--method",
+        "--clip",
+        "--fps",
+        "--frames",
+        "--pose",
+        "--joint",
+        "--opening",
+        "--magnitude",
+        "--subdivide",
+        "--cache",
+        "--json",
+        "--quiet",
+    ];
+    for command in ["bake", "bench", "profile"] {
+        let help = good(&[command, "--help"]);
+        for option in shared {
+            assert!(help.contains(option), "{command} {option}: {help}");
+        }
+    }
+}
+
+#[test]
+fn usage_errors_end_with_2() {
+    let cases: [&[&str]; 10] = [
+        &[],
+        &["bend"],
+        &["bake", "a.glb"],
+        &["bake", "a.glb", "-o", "x", "--method", "magic"],
+        &["bake", "a.glb", "-o", "x", "--frames", "5..2"],
+        &["bake", "a.glb", "-o", "x", "--joint", "elbow=contact"],
+        &["bake", "a.glb", "-o", "x", "--opening", "elbow=1:1,0:0,2:1"],
+        &["bake", "a.glb", "-o", "x", "--fps", "nan"],
+        &["bake", "a.glb", "-o", "x", "--budget", "much"],
+        &["bake", "a.glb", "-o", "x", "--rest", "--clip", "walk"],
+    ];
+    for case in cases {
+        let output = dermis(case);
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{case:?}: {}",
+            stderr(&output)
+        );
+        assert!(output.stdout.is_empty(), "{case:?}");
+    }
+}
+
+#[test]
 fn json_on_standard_output_is_alone_there() {
-    let Some(file) = data("characters/khronos/CesiumMan.glb") else {
-        return;
-    };
-    let output = dermis(&["info", &file, "--json", "-"]);
+    let output = dermis(&["info", &asset("arm.glb"), "--json", "-"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(
@@ -55,6 +105,28 @@ fn json_on_standard_output_is_alone_there() {
 }
 
 #[test]
+fn quiet_says_nothing() {
+    let output = dermis(&["info", &asset("arm.glb"), "--quiet"]);
+    assert!(output.status.success());
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dermis"))
+        .args(["info", &asset("arm.glb")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(output.stderr.is_empty(), "{}", stderr(&output));
+}
+
+#[test]
 fn devices_are_listed_with_the_cpu_last() {
     let text = good(&["devices"]);
     assert!(text.lines().last().unwrap().starts_with("cpu"), "{text}");
@@ -62,16 +134,5 @@ fn devices_are_listed_with_the_cpu_last() {
     let devices: serde_json::Value = serde_json::from_str(&json).unwrap();
     for device in devices.as_array().unwrap() {
         assert!(device["name"].is_string(), "{device}");
-    }
-}
-
-#[test]
-fn usage_errors_end_with_2() {
-    let cases: [&[&str]; 4] = [&[], &["bend"], &["info"], &["devices", "--json"]];
-    for case in cases {
-        let output = dermis(case);
-        let code = output.status.code();
-        assert_eq!(code, Some(2), "{case:?}: {}", stderr(&output));
-        assert!(output.stdout.is_empty(), "{case:?}");
     }
 }

@@ -38,6 +38,14 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// A file of the project's own assets.
+pub fn asset(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+    let path = root.join(name);
+    assert!(path.is_file(), "{} is missing", path.display());
+    path.to_str().unwrap().into()
+}
+
 /// A file of the shared data; `None`, with a line that says so, where the folder does not exist.
 pub fn data(name: &str) -> Option<String> {
     let root = std::env::var_os("DERMIS_DATA").map_or_else(

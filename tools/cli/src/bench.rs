@@ -1,0 +1,223 @@
+//! `dermis bench`: what a frame costs, pass by pass.
+
+use std::{f32::consts::TAU, path::PathBuf, sync::Arc};
+
+use dermis::{
+    Error, Result,
+    deformer::{Deformer, Device, Method},
+    report::{Ceiling, MemoryReport},
+    rig::{Pose, Skeleton},
+};
+use glam::{Mat4, Vec3};
+
+use crate::{
+    bench_report::{Profiling, Report},
+    console::{self, Console},
+    options::{DeviceOptions, MethodName, PoseOptions, ReportOptions, RigOptions},
+    poses::{Fallback, Frames},
+    samples::Samples,
+    session::{Character, Session, check_validation, deformer, open_device},
+};
+
+/// Measure what a frame costs: passes, memory, and the device's own ceiling in the same run.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Plays the chosen poses in turn: by default the file's first clip, or random poses where it has none. Every frame is
+waited for, so that times do not overlap. Times are the least, the median and the 95th percentile over the frames;
+compare the least ones between runs on a shared machine.
+
+Examples:
+  dermis bench human-male.glb                        all joints move, as in the clip
+  dermis bench human-male.glb --random 60            random poses, up to 45° a joint
+  dermis bench hand.glb --one-joint index2           one joint moves
+  dermis bench arm.glb --json - | jq '.frame.gpu_ms'
+  dermis bench arm.glb --compare-profiling           what timestamps cost")]
+pub(crate) struct Args {
+    /// glTF or GLB file.
+    file: PathBuf,
+    /// Frames to measure.
+    #[arg(long, short = 'n', value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    count: u32,
+    /// Frames to play before, unmeasured: shaders are compiled on first use.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    warm_up: u32,
+    /// Swing this joint alone by up to 45° (or --degrees) and leave the others at rest.
+    #[arg(long, value_name = "NAME", group = "source")]
+    one_joint: Option<String>,
+    /// Also play each frame without timestamps, in turn, and say what they cost.
+    #[arg(long)]
+    compare_profiling: bool,
+    /// How to deform.
+    #[arg(long, value_enum, default_value = "implicit")]
+    method: MethodName,
+    #[command(flatten)]
+    poses: PoseOptions,
+    #[command(flatten)]
+    rig: RigOptions,
+    #[command(flatten)]
+    device: DeviceOptions,
+    #[command(flatten)]
+    report: ReportOptions,
+}
+
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let console = Console::new(&args.report);
+    let method = args.method.method()?;
+    if args.compare_profiling && args.device.device == crate::parse::DeviceChoice::Cpu {
+        let reason = "the cpu device has no timestamps to compare";
+        return Err(Error::argument("--compare-profiling", reason));
+    }
+    let character = Character::load(&args.file)?;
+    let (source, poses) = choose_poses(args, &character, &console)?;
+    let session = Session::open(character, &args.rig, &args.device, true, console.clone())?;
+    let (samples, memory, profiling) = measure(args, &session, method, &poses)?;
+    let ceiling = ceiling(args, &session.device)?;
+    session.finish()?;
+    let report = Report::new(
+        &session,
+        args.method.name(),
+        &samples,
+        memory,
+        ceiling,
+        profiling,
+    );
+    console.text(report.text(&source).trim_end())?;
+    console::json(&args.report, &report)
+}
+
+fn choose_poses(
+    args: &Args,
+    character: &Character,
+    console: &Console,
+) -> Result<(String, Vec<Pose>)> {
+    let degrees = args.poses.degrees.unwrap_or(45.0);
+    if let Some(name) = &args.one_joint {
+        let poses = swing(&character.skeleton, name, degrees, args.count)?;
+        return Ok((format!("joint {name} alone ±{degrees}°"), poses));
+    }
+    let fallback = Fallback::Random(args.count);
+    let frames = Frames::choose(&args.poses, character, fallback, degrees, console)?;
+    let poses = frames.frames.into_iter().map(|f| f.pose).collect();
+    Ok((frames.source, poses))
+}
+
+/// One period of a swing of one joint about a skew axis of its own; what hangs on it comes along.
+fn swing(skeleton: &Skeleton, name: &str, degrees: f32, count: u32) -> Result<Vec<Pose>> {
+    let row = skeleton.find(name)?;
+    let axis = Vec3::ONE.normalize();
+    let pose = |i: u32| {
+        let angle = degrees.to_radians() * (TAU * i as f32 / count as f32).sin();
+        let mut local = vec![Mat4::IDENTITY; skeleton.joints.len()];
+        local[row] = Mat4::from_axis_angle(axis, angle);
+        Pose::from_local(skeleton, &local)
+    };
+    (0..count).map(pose).collect()
+}
+
+type Measured = (Samples, MemoryReport, Option<Profiling>);
+
+fn measure(args: &Args, session: &Session, method: Method, poses: &[Pose]) -> Result<Measured> {
+    let mut timed = session.deformer(method)?;
+    let mut plain = plain_deformer(args, session, method)?;
+    let (mut samples, mut plain_samples) = (Samples::default(), Samples::default());
+    for i in 0..args.warm_up + args.count {
+        if i == args.warm_up {
+            (samples, plain_samples) = Default::default();
+        }
+        let pose = &poses[i as usize % poses.len()];
+        // The two take turns in going first, so that neither always finds warm caches.
+        if i % 2 == 0 {
+            samples.play(&mut timed, pose)?;
+        }
+        if let Some(plain) = &mut plain {
+            plain_samples.play(plain, pose)?;
+        }
+        if i % 2 == 1 {
+            samples.play(&mut timed, pose)?;
+        }
+    }
+    let profiling = plain.is_some();
+    let profiling = profiling.then(|| Profiling::new(&samples.wall_ns, &plain_samples.wall_ns));
+    Ok((samples, timed.memory(), profiling))
+}
+
+/// The same character on a device without timestamps, if the comparison is wanted.
+fn plain_deformer(args: &Args, session: &Session, method: Method) -> Result<Option<Deformer>> {
+    if !args.compare_profiling {
+        return Ok(None);
+    }
+    let device = open_device(&args.device, false, &session.console)?;
+    deformer(&device, &Arc::clone(&session.rig), method).map(Some)
+}
+
+/// On a device of its own: the memory budget is for the character.
+fn ceiling(args: &Args, device: &Device) -> Result<Option<Ceiling>> {
+    if matches!(device, Device::Cpu) {
+        return Ok(None);
+    }
+    let options = DeviceOptions {
+        budget: None,
+        ..args.device.clone()
+    };
+    let quiet = Console::new(&ReportOptions {
+        json: None,
+        quiet: true,
+    });
+    match open_device(&options, true, &quiet)? {
+        Device::Gpu(gpu) => {
+            let ceiling = gpu.measure_ceiling()?;
+            check_validation(&Device::Gpu(gpu))?;
+            Ok(Some(ceiling))
+        }
+        Device::Cpu => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use dermis::rig::Joint;
+
+    fn chain() -> Skeleton {
+        let joint = |name: &str, parent: Option<usize>, x: f32| {
+            let bind = Mat4::from_translation(Vec3::X * x);
+            Joint {
+                name: name.into(),
+                parent,
+                bind,
+                inverse_bind: bind.inverse(),
+            }
+        };
+        Skeleton {
+            joints: vec![
+                joint("root", None, 0.0),
+                joint("arm", Some(0), 1.0),
+                joint("leg", Some(0), 5.0),
+                joint("hand", Some(1), 2.0),
+            ],
+            children: vec![vec![1, 2], vec![3], vec![], vec![]],
+        }
+    }
+
+    #[test]
+    fn a_swing_moves_the_joint_and_what_hangs_on_it() {
+        let poses = swing(&chain(), "arm", 40.0, 8).unwrap();
+        let quarter = &poses[2];
+        assert_eq!(quarter.matrices[0], Mat4::IDENTITY);
+        assert_eq!(quarter.matrices[2], Mat4::IDENTITY);
+        assert_eq!(quarter.matrices[1], quarter.matrices[3]);
+        let (_, rotation, _) = quarter.matrices[1].to_scale_rotation_translation();
+        let (_, angle) = rotation.to_axis_angle();
+        assert!((angle.to_degrees() - 40.0).abs() < 1e-3);
+        // The joint itself stays where it is.
+        let origin = quarter.matrices[1].transform_point3(Vec3::X);
+        assert!(origin.distance(Vec3::X) < 1e-6);
+    }
+
+    #[test]
+    fn an_unknown_joint_is_named() {
+        let error = swing(&chain(), "tail", 40.0, 8).unwrap_err().to_string();
+        assert!(error.contains("tail"), "{error}");
+    }
+}

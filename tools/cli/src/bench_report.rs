@@ -1,0 +1,291 @@
+//! The result of a bench, for people and for programs.
+
+use std::collections::BTreeMap;
+
+use dermis::report::{Ceiling, DeviceReport, MemoryReport};
+use serde::Serialize;
+
+use crate::{
+    samples::Samples,
+    session::Session,
+    stats::Spread,
+    table::{Table, bytes, count},
+};
+
+/// The JSON of `bench`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    device: Device,
+    model: Model,
+    method: &'static str,
+    frames: usize,
+    passes: Vec<Pass>,
+    frame: Frame,
+    iterations: Iterations,
+    memory: BTreeMap<String, u64>,
+    ceiling: Option<Ceiling>,
+    fetches_per_frame: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profiling: Option<Profiling>,
+}
+
+#[derive(Debug, Serialize)]
+struct Device {
+    name: String,
+    driver: String,
+    api: String,
+    #[serde(rename = "type")]
+    kind: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Model {
+    file: String,
+    vertices: usize,
+    welded_vertices: usize,
+    triangles: usize,
+    joints: usize,
+    fields: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Pass {
+    name: String,
+    calls: u64,
+    gpu_ms: Spread,
+}
+
+#[derive(Debug, Serialize)]
+struct Frame {
+    gpu_ms: Spread,
+    cpu_record_ms: Spread,
+    wall_ms: Spread,
+}
+
+#[derive(Debug, Serialize)]
+struct Iterations {
+    newton_mean: f64,
+    newton_max: u32,
+    substeps_mean: f64,
+}
+
+/// Wall-clock of frames with and without timestamps.
+#[derive(Debug, Serialize)]
+pub(crate) struct Profiling {
+    on_ms: Spread,
+    off_ms: Spread,
+    /// Share by which the least time grows.
+    cost: f64,
+}
+
+impl Profiling {
+    pub(crate) fn new(on: &[u64], off: &[u64]) -> Self {
+        let (on_ms, off_ms) = (Spread::of_ns(on), Spread::of_ns(off));
+        Self {
+            on_ms,
+            off_ms,
+            cost: on_ms.min / off_ms.min - 1.0,
+        }
+    }
+}
+
+impl Report {
+    pub(crate) fn new(
+        session: &Session,
+        method: &'static str,
+        samples: &Samples,
+        memory: MemoryReport,
+        ceiling: Option<Ceiling>,
+        profiling: Option<Profiling>,
+    ) -> Self {
+        Self {
+            device: device(session.device_report()),
+            model: model(session),
+            method,
+            frames: samples.wall_ns.len(),
+            passes: passes(samples),
+            frame: Frame {
+                gpu_ms: Spread::of_ns(&samples.gpu_ns),
+                cpu_record_ms: Spread::of_ns(&samples.cpu_record_ns),
+                wall_ms: Spread::of_ns(&samples.wall_ns),
+            },
+            iterations: iterations(samples),
+            memory: classes(memory),
+            ceiling,
+            fetches_per_frame: mean(samples, |i| i.fetches as f64),
+            profiling,
+        }
+    }
+
+    /// The tables; `source` says which poses were played.
+    pub(crate) fn text(&self, source: &str) -> String {
+        let model = &self.model;
+        let mut lines = vec![
+            format!(
+                "{} ({}, Vulkan {}, {})",
+                self.device.name, self.device.kind, self.device.api, self.device.driver
+            ),
+            format!(
+                "{}: {} vertices ({} welded), {} triangles, {} joints, {} fields",
+                model.file,
+                count(model.vertices),
+                count(model.welded_vertices),
+                count(model.triangles),
+                model.joints,
+                model.fields
+            ),
+            format!("{}, {source}, {} frames", self.method, self.frames),
+            String::new(),
+            self.pass_table(),
+            self.verdict(),
+            String::new(),
+            self.memory_table(),
+        ];
+        lines.extend(self.ceiling_line());
+        lines.extend(self.profiling.as_ref().map(profiling_line));
+        lines.join("\n")
+    }
+
+    fn pass_table(&self) -> String {
+        let whole = self.frame.gpu_ms.p50;
+        let mut table = Table::new(1, ["GPU", "calls", "min ms", "p50 ms", "p95 ms", "share"]);
+        let mut row = |name: &str, calls: String, ms: Spread, share: String| {
+            let [min, p50, p95] = [ms.min, ms.p50, ms.p95].map(|ms| format!("{ms:.3}"));
+            table.row([name.into(), calls, min, p50, p95, share]);
+        };
+        let mut sum = 0.0;
+        for pass in &self.passes {
+            sum += pass.gpu_ms.p50;
+            let share = percent(pass.gpu_ms.p50, whole);
+            row(&pass.name, pass.calls.to_string(), pass.gpu_ms, share);
+        }
+        let frame = &self.frame;
+        row("frame", String::new(), frame.gpu_ms, percent(sum, whole));
+        row(
+            "cpu record",
+            String::new(),
+            frame.cpu_record_ms,
+            String::new(),
+        );
+        row("wall", String::new(), frame.wall_ms, String::new());
+        table.to_string()
+    }
+
+    fn verdict(&self) -> String {
+        let per_vertex = self.frame.wall_ms.p50 * 1e6 / self.model.vertices.max(1) as f64;
+        let welded = self.frame.wall_ms.p50 * 1e6 / self.model.welded_vertices.max(1) as f64;
+        let iterations = &self.iterations;
+        format!(
+            "{per_vertex:.0} ns a vertex and frame ({welded:.0} a welded one), wall p50\n\
+             {:.2} field evaluations a projected vertex on average, {} at most",
+            iterations.newton_mean, iterations.newton_max
+        )
+    }
+
+    fn memory_table(&self) -> String {
+        let mut table = Table::new(1, ["memory", "", "share"]);
+        let total = self.memory.get("total").copied().unwrap_or(0);
+        let classes = self.memory.iter().filter(|(class, _)| *class != "total");
+        for (class, &size) in classes {
+            let share = percent(size as f64, total as f64);
+            table.row([class.clone(), bytes(size), share]);
+        }
+        table.row(["total".into(), bytes(total), String::new()]);
+        table.to_string()
+    }
+
+    fn ceiling_line(&self) -> Option<String> {
+        let ceiling = self.ceiling?;
+        let mut line = format!(
+            "ceiling of this device: {:.0} M 3D fetches/s, {:.1} GB/s copied",
+            ceiling.fetch3d_per_s * 1e-6,
+            ceiling.copy_bytes_per_s * 1e-9
+        );
+        if let Some(fetches) = self.fetches_per_frame {
+            line += &format!("\n{:.2} M fetches a frame", fetches * 1e-6);
+            let ms: f64 = self
+                .passes
+                .iter()
+                .filter(|p| p.name == "project")
+                .map(|p| p.gpu_ms.p50)
+                .sum();
+            if ms > 0.0 {
+                let share = percent(fetches * 1e3 / ms, ceiling.fetch3d_per_s);
+                line += &format!(", the projection at {share} of the ceiling");
+            }
+        }
+        Some(line)
+    }
+}
+
+fn profiling_line(profiling: &Profiling) -> String {
+    format!(
+        "profiling costs {:+.1} % (least wall {:.3} ms with timestamps, {:.3} ms without; medians {:.3} and {:.3})",
+        100.0 * profiling.cost,
+        profiling.on_ms.min,
+        profiling.off_ms.min,
+        profiling.on_ms.p50,
+        profiling.off_ms.p50
+    )
+}
+
+fn percent(part: f64, whole: f64) -> String {
+    if whole > 0.0 {
+        format!("{:.1} %", 100.0 * part / whole)
+    } else {
+        String::new()
+    }
+}
+
+fn device(report: DeviceReport) -> Device {
+    Device {
+        name: report.name,
+        driver: report.driver,
+        api: report.api,
+        kind: report.kind,
+    }
+}
+
+fn model(session: &Session) -> Model {
+    let rig = &session.rig;
+    Model {
+        file: session.model.path.display().to_string(),
+        vertices: rig.rows.vertex.len(),
+        welded_vertices: rig.mesh.positions.len(),
+        triangles: rig.rows.triangles.len(),
+        joints: rig.skeleton.joints.len(),
+        fields: rig.fields.len(),
+    }
+}
+
+fn passes(samples: &Samples) -> Vec<Pass> {
+    samples
+        .passes()
+        .map(|pass| Pass {
+            name: pass.name.clone(),
+            calls: pass.calls(),
+            gpu_ms: pass.spread(),
+        })
+        .collect()
+}
+
+fn iterations(samples: &Samples) -> Iterations {
+    let max = samples.iterations.iter().map(|i| i.newton_max).max();
+    Iterations {
+        newton_mean: mean(samples, |i| i.newton_mean).unwrap_or(0.0),
+        newton_max: max.unwrap_or(0),
+        substeps_mean: mean(samples, |i| f64::from(i.substeps)).unwrap_or(0.0),
+    }
+}
+
+fn mean(samples: &Samples, value: impl Fn(&dermis::report::Iterations) -> f64) -> Option<f64> {
+    let count = samples.iterations.len();
+    let sum: f64 = samples.iterations.iter().map(value).sum();
+    (count > 0).then(|| sum / count as f64)
+}
+
+fn classes(memory: MemoryReport) -> BTreeMap<String, u64> {
+    let mut classes = memory.classes;
+    classes.insert("total".into(), memory.total);
+    classes
+}

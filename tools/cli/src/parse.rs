@@ -1,0 +1,204 @@
+//! Value parsers of the command line: each turns one argument into a value or into a sentence that says what is wrong.
+
+use std::{ops::Range, str::FromStr};
+
+use dermis::compose::{OpeningCurve, Operator};
+
+/// The device that the user asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum DeviceChoice {
+    /// The best Vulkan device, else the CPU.
+    Auto,
+    /// The twins on the CPU.
+    Cpu,
+    /// Number in the list of `dermis devices`.
+    Index(usize),
+    /// Part of the name, whatever the case.
+    Name(String),
+}
+
+impl FromStr for DeviceChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "" => Err("expected auto, cpu, a number or a part of a device's name".into()),
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            other => Ok(other
+                .parse()
+                .map_or_else(|_| Self::Name(other.into()), Self::Index)),
+        }
+    }
+}
+
+/// Bytes with an optional binary unit: `4096`, `512K`, `64M`, `1.5G`.
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KB" | "KIB" => 1024.0,
+        "M" | "MB" | "MIB" => 1024.0 * 1024.0,
+        "G" | "GB" | "GIB" => 1024.0 * 1024.0 * 1024.0,
+        other => return Err(format!("unknown unit {other:?}: use K, M or G")),
+    };
+    match digits.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() && number >= 0.0 => Ok((number * unit) as u64),
+        _ => Err("expected a number of bytes such as 4096, 512K, 64M or 1.5G".into()),
+    }
+}
+
+/// Frames `A..B` (B not included) or `A..=B`.
+pub(crate) fn frames(text: &str) -> Result<Range<usize>, String> {
+    let usage = || "expected A..B (B not included) or A..=B, such as 0..30".to_string();
+    let (first, last) = text.split_once("..").ok_or_else(usage)?;
+    let number = |part: &str| part.trim().parse::<usize>().map_err(|_| usage());
+    let end = match last.strip_prefix('=') {
+        Some(inclusive) => number(inclusive)?.checked_add(1).ok_or_else(usage)?,
+        None => number(last)?,
+    };
+    let range = number(first)?..end;
+    if range.is_empty() {
+        return Err(format!("{text} holds no frame"));
+    }
+    Ok(range)
+}
+
+/// `NAME=union|blend|bulge`.
+pub(crate) fn joint(text: &str) -> Result<(String, Operator), String> {
+    let (name, operator) = assignment(text, "union, blend or bulge")?;
+    let operator = match operator {
+        "union" => Operator::Union,
+        "blend" => Operator::Blend,
+        "bulge" => Operator::Bulge,
+        "contact" => {
+            return Err("contact belongs to the tracking method, which this version lacks: use union, blend or bulge".into());
+        }
+        other => {
+            return Err(format!(
+                "unknown operator {other:?}: use union, blend or bulge"
+            ));
+        }
+    };
+    Ok((name.into(), operator))
+}
+
+/// `NAME=elbow|finger|b:F,b:F,b:F`.
+pub(crate) fn opening(text: &str) -> Result<(String, OpeningCurve), String> {
+    let (name, curve) = assignment(text, "elbow, finger or three points b:F,b:F,b:F")?;
+    let curve = match curve {
+        "elbow" => OpeningCurve::elbow(),
+        "finger" => OpeningCurve::finger(),
+        points => opening_points(points)?,
+    };
+    Ok((name.into(), curve))
+}
+
+fn opening_points(text: &str) -> Result<OpeningCurve, String> {
+    let points: Vec<(f32, f32)> = text.split(',').map(point).collect::<Result<_, _>>()?;
+    let points: [(f32, f32); 3] = points
+        .try_into()
+        .map_err(|_| format!("{text:?}: expected elbow, finger or three points b:F,b:F,b:F"))?;
+    OpeningCurve::new(points, [1.0, 1.0]).map_err(|e| format!("{text:?}: {e}"))
+}
+
+fn point(text: &str) -> Result<(f32, f32), String> {
+    let wrong = || format!("{text:?}: expected b:F, a cosine and an opening, such as .7:.43");
+    let (cosine, opening) = text.split_once(':').ok_or_else(wrong)?;
+    let cosine: f32 = cosine.trim().parse().map_err(|_| wrong())?;
+    let opening: f32 = opening.trim().parse().map_err(|_| wrong())?;
+    Ok((cosine, opening))
+}
+
+fn assignment<'a>(text: &'a str, expected: &str) -> Result<(&'a str, &'a str), String> {
+    match text.rsplit_once('=') {
+        Some((name, value)) if !name.is_empty() && !value.is_empty() => Ok((name, value)),
+        _ => Err(format!("expected NAME={expected}")),
+    }
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err("expected a number above 0".into()),
+    }
+}
+
+/// A finite number of at least 0.
+pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(number) if number.is_finite() && number >= 0.0 => Ok(number),
+        _ => Err("expected a number of at least 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn bytes_take_binary_units_and_refuse_nonsense() {
+        assert_eq!(bytes("4096"), Ok(4096));
+        assert_eq!(bytes("1M"), Ok(1 << 20));
+        assert_eq!(bytes("1.5g"), Ok(3 << 29));
+        for wrong in ["", "-1", "nan", "3X", "M", "inf"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn frames_are_half_open_or_inclusive_and_never_empty() {
+        assert_eq!(frames("2..5"), Ok(2..5));
+        assert_eq!(frames("2..=5"), Ok(2..6));
+        for wrong in [
+            "",
+            "3",
+            "5..2",
+            "2..2",
+            "a..b",
+            "-1..2",
+            "0..=18446744073709551615",
+        ] {
+            assert!(frames(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn joints_name_an_operator_and_contact_is_explained() {
+        assert_eq!(joint("a=b=blend"), Ok(("a=b".into(), Operator::Blend)));
+        assert!(joint("elbow=contact").unwrap_err().contains("tracking"));
+        assert!(joint("elbow").is_err() && joint("=blend").is_err() && joint("elbow=").is_err());
+    }
+
+    #[test]
+    fn openings_are_presets_or_three_rising_points() {
+        let (name, curve) = opening("elbow.L=-1:1,.2:.3,.75:1").unwrap();
+        assert_eq!(name, "elbow.L");
+        assert_eq!(curve.points, [(-1.0, 1.0), (0.2, 0.3), (0.75, 1.0)]);
+        assert!(opening("a=elbow").is_ok() && opening("a=finger").is_ok());
+        for wrong in [
+            "a=knee",
+            "a=1:1,0:1,2:1",
+            "a=0:2,1:1,2:1",
+            "a=0:1,1:1",
+            "a=nan:1,1:1,2:1",
+        ] {
+            assert!(opening(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn devices_are_words_numbers_or_names() {
+        assert_eq!("auto".parse(), Ok(DeviceChoice::Auto));
+        assert_eq!("cpu".parse(), Ok(DeviceChoice::Cpu));
+        assert_eq!("1".parse(), Ok(DeviceChoice::Index(1)));
+        assert_eq!(
+            "llvmpipe".parse(),
+            Ok(DeviceChoice::Name("llvmpipe".into()))
+        );
+        assert!("".parse::<DeviceChoice>().is_err());
+    }
+}

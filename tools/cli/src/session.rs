@@ -1,0 +1,186 @@
+//! What every command that deforms needs: the model, its rig, the device, and deformers on it.
+
+use std::{path::Path, sync::Arc, time::Instant};
+
+use dermis::{
+    Error, Result, asset,
+    asset::Model,
+    deformer::{Deformer, Device, Method, Settings},
+    gpu::{DeviceSelector, Gpu, GpuOptions},
+    report::DeviceReport,
+    rig::{self, Rig, Skeleton},
+};
+
+use crate::{
+    console::{Console, complain},
+    devices::cpu_report,
+    options::{DeviceOptions, RigOptions},
+    parse::DeviceChoice,
+    progress::{Progress, Stage},
+};
+
+/// A character as its file has it.
+#[derive(Debug)]
+pub(crate) struct Character {
+    pub(crate) model: Model,
+    pub(crate) skeleton: Skeleton,
+    loaded: Stage,
+}
+
+impl Character {
+    /// Loads `file`.
+    pub(crate) fn load(file: &Path) -> Result<Self> {
+        let begin = Instant::now();
+        let model = asset::load(file)?;
+        let skeleton = Skeleton::from_model(&model)?;
+        let loaded = Stage {
+            name: "load",
+            begin,
+            end: Instant::now(),
+        };
+        Ok(Self {
+            model,
+            skeleton,
+            loaded,
+        })
+    }
+}
+
+/// A character that is ready to be deformed.
+pub(crate) struct Session {
+    pub(crate) console: Console,
+    pub(crate) model: Model,
+    pub(crate) rig: Arc<Rig>,
+    pub(crate) device: Device,
+    /// Stages of the preparation, for the profile.
+    pub(crate) stages: Vec<Stage>,
+}
+
+impl Session {
+    /// Opens the device and prepares the character, with progress on a terminal.
+    ///
+    /// Poses are chosen before: a wrong one need not wait for the preparation.
+    pub(crate) fn open(
+        character: Character,
+        rig: &RigOptions,
+        device: &DeviceOptions,
+        profile: bool,
+        console: Console,
+    ) -> Result<Self> {
+        let Character { model, loaded, .. } = character;
+        let device = open_device(device, profile, &console)?;
+        let (rig, mut stages) = prepare(&model, rig, &console)?;
+        stages.insert(0, loaded);
+        for warning in &rig.warnings {
+            console.note(format_args!("warning: {warning}"))?;
+        }
+        Ok(Self {
+            console,
+            model,
+            rig: Arc::new(rig),
+            device,
+            stages,
+        })
+    }
+
+    /// A deformer of this character.
+    pub(crate) fn deformer(&self, method: Method) -> Result<Deformer> {
+        deformer(&self.device, &self.rig, method)
+    }
+
+    /// What the command ran on.
+    pub(crate) fn device_report(&self) -> DeviceReport {
+        device_report(&self.device)
+    }
+
+    /// The last word of a command: fails if the validation layer had something to say.
+    pub(crate) fn finish(&self) -> Result<()> {
+        check_validation(&self.device)
+    }
+}
+
+/// A deformer of `rig` on `device`.
+pub(crate) fn deformer(device: &Device, rig: &Arc<Rig>, method: Method) -> Result<Deformer> {
+    let settings = Settings {
+        method,
+        ..Settings::default()
+    };
+    Deformer::new(device, Arc::clone(rig), &settings)
+}
+
+/// Opens the device that the user asked for; says so when that is the slow one.
+pub(crate) fn open_device(
+    options: &DeviceOptions,
+    profile: bool,
+    console: &Console,
+) -> Result<Device> {
+    let selector = match &options.device {
+        DeviceChoice::Cpu => {
+            console.note("computing on the CPU, one vertex after the other: this is slow")?;
+            return Ok(Device::Cpu);
+        }
+        DeviceChoice::Auto => DeviceSelector::Auto,
+        DeviceChoice::Index(index) => DeviceSelector::Index(*index),
+        DeviceChoice::Name(name) => DeviceSelector::Name(name.clone()),
+    };
+    let gpu = Gpu::new(&GpuOptions {
+        device: selector,
+        validation: options.validation,
+        budget: options.budget,
+        profile,
+    });
+    match gpu {
+        Ok(gpu) => Ok(Device::Gpu(gpu)),
+        Err(Error::NoDevice { reason })
+            if options.device == DeviceChoice::Auto && !options.validation =>
+        {
+            console.note(format_args!(
+                "no Vulkan device ({reason}): computing on the CPU, which is slow"
+            ))?;
+            Ok(Device::Cpu)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, Vec<Stage>)> {
+    let progress = Progress::new(console);
+    let options = rig::Options {
+        joints: user.joint.clone(),
+        openings: user.opening.clone(),
+        magnitude: user.magnitude,
+        subdivide: user.subdivide,
+        ..rig::Options::default()
+    };
+    let show = |p| progress.show(p);
+    let rig = match &user.cache {
+        Some(dir) => Rig::prepare_cached(dir, model, &options, &show),
+        None => Rig::prepare(model, &options, &show),
+    };
+    let stages = progress.finish();
+    Ok((rig?, stages))
+}
+
+/// The device as a report; the CPU has one, too.
+pub(crate) fn device_report(device: &Device) -> DeviceReport {
+    match device {
+        Device::Gpu(gpu) => gpu.report(),
+        Device::Cpu => cpu_report(),
+    }
+}
+
+/// Fails with the number of messages after it has shown them all.
+pub(crate) fn check_validation(device: &Device) -> Result<()> {
+    let Device::Gpu(gpu) = device else {
+        return Ok(());
+    };
+    let messages = gpu.validation_messages();
+    if messages.is_empty() {
+        return Ok(());
+    }
+    for message in &messages {
+        complain(format_args!("validation: {message}"));
+    }
+    let reason = format!("{} messages, listed above", messages.len());
+    Err(Error::argument("--validation", reason))
+}

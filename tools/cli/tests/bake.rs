@@ -1,0 +1,212 @@
+//! Baked files, benches and traces of real characters.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::{fs, path::Path};
+
+use common::{asset, data, good, names};
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// Header of a PLY and the number of bytes behind it.
+fn ply(path: &Path) -> (String, usize) {
+    let bytes = fs::read(path).unwrap();
+    let end = b"end_header\n";
+    let at = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+    (
+        String::from_utf8(bytes[..at].to_vec()).unwrap(),
+        bytes.len() - at,
+    )
+}
+
+#[test]
+fn a_folder_gets_a_ply_a_frame() {
+    let Some(file) = data("characters/khronos/SimpleSkin.gltf") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let report = good(&[
+        "bake",
+        &file,
+        "-o",
+        out.to_str().unwrap(),
+        "--method",
+        "lbs",
+        "--frames",
+        "0..3",
+        "--json",
+        "-",
+    ]);
+    assert_eq!(
+        names(&out),
+        ["frame_0000.ply", "frame_0001.ply", "frame_0002.ply"]
+    );
+    let (header, body) = ply(&out.join("frame_0002.ply"));
+    assert!(
+        header.contains("format binary_little_endian 1.0"),
+        "{header}"
+    );
+    for property in ["x", "nx", "field", "iso", "state", "bone"] {
+        assert!(
+            header.lines().any(|l| l.ends_with(&format!(" {property}"))),
+            "{header}"
+        );
+    }
+    let comment = header.lines().find(|l| l.starts_with("comment ")).unwrap();
+    for part in ["lbs", "clip_0", "0.066666"] {
+        assert!(comment.contains(part), "{comment}");
+    }
+    // Ten vertices of 8 floats, a byte and a short; eight triangles of a count and three indices.
+    assert_eq!(body, 10 * (8 * 4 + 1 + 2) + 8 * (1 + 3 * 4));
+    let report = json(&report);
+    assert_eq!(report["frames"].as_array().unwrap().len(), 3);
+    assert_eq!(report["frames"][2]["vertices"], 10);
+}
+
+#[test]
+fn a_glb_holds_the_clip_as_morph_targets() {
+    let Some(file) = data("characters/khronos/CesiumMan.glb") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.glb");
+    let summary = good(&[
+        "bake",
+        &file,
+        "-o",
+        out.to_str().unwrap(),
+        "--frames",
+        "0..4",
+    ]);
+    assert!(
+        summary.contains("4 frames") && summary.contains("settled"),
+        "{summary}"
+    );
+    assert_eq!(names(folder.path()), ["out.glb"]);
+    let bytes = fs::read(&out).unwrap();
+    assert_eq!(&bytes[..4], b"glTF");
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let gltf: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    assert!(!gltf["animations"].as_array().unwrap().is_empty());
+    let primitive = &gltf["meshes"][0]["primitives"][0];
+    assert_eq!(primitive["targets"].as_array().unwrap().len(), 4);
+    let positions = primitive["attributes"]["POSITION"].as_u64().unwrap() as usize;
+    let original = json(&good(&["info", &file, "--json", "-"]));
+    assert_eq!(gltf["accessors"][positions]["count"], original["vertices"]);
+}
+
+#[test]
+fn implicit_skinning_settles_the_bent_arm() {
+    let folder = tempfile::tempdir().unwrap();
+    let pose = folder.path().join("pose.json");
+    fs::write(&pose, r#"{"lower": {"axis": [0, 0, 1], "degrees": 90}}"#).unwrap();
+    let out = folder.path().join("out");
+    let report = json(&good(&[
+        "bake",
+        &asset("arm.glb"),
+        "-o",
+        out.to_str().unwrap(),
+        "--pose",
+        pose.to_str().unwrap(),
+        "--format",
+        "obj",
+        "--json",
+        "-",
+    ]));
+    assert_eq!(names(&out), ["frame_0000.obj"]);
+    let frame = &report["frames"][0];
+    assert!(frame["settled_share"].as_f64().unwrap() >= 0.995, "{frame}");
+    assert!(frame["contact"].as_u64().unwrap() > 0, "{frame}");
+}
+
+#[test]
+fn force_replaces_the_frames_of_an_earlier_bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let (arm, out_name) = (asset("arm.glb"), out.to_str().unwrap());
+    let common = ["bake", &arm, "-o", out_name, "--method", "lbs", "--random"];
+    good(&[&common[..], &["3"]].concat());
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    good(&[&common[..], &["2", "--force"]].concat());
+    assert_eq!(
+        names(&out),
+        ["frame_0000.ply", "frame_0001.ply", "notes.txt"]
+    );
+}
+
+#[test]
+fn bench_reports_exactly_what_programs_expect() {
+    let report = json(&good(&[
+        "bench",
+        &asset("arm.glb"),
+        "-n",
+        "3",
+        "--warm-up",
+        "1",
+        "--json",
+        "-",
+    ]));
+    let keys: Vec<&str> = report
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    let mut expected = [
+        "device",
+        "model",
+        "method",
+        "frames",
+        "passes",
+        "frame",
+        "iterations",
+        "memory",
+        "ceiling",
+        "fetches_per_frame",
+    ];
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert_eq!(report["frames"], 3);
+    for key in ["gpu_ms", "cpu_record_ms", "wall_ms"] {
+        let spread = &report["frame"][key];
+        let [min, p50, p95] = ["min", "p50", "p95"].map(|k| spread[k].as_f64().unwrap());
+        assert!(min <= p50 && p50 <= p95, "{key}: {spread}");
+    }
+    assert!(report["memory"]["total"].as_u64().is_some());
+}
+
+#[test]
+fn a_trace_has_both_tracks() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("trace.json");
+    good(&[
+        "profile",
+        &asset("arm.glb"),
+        "-o",
+        out.to_str().unwrap(),
+        "-n",
+        "2",
+    ]);
+    let trace = json(&fs::read_to_string(&out).unwrap());
+    let events = trace["traceEvents"].as_array().unwrap();
+    let spans = |pid: u64| {
+        events
+            .iter()
+            .filter(|e| e["ph"] == "X" && e["pid"] == pid)
+            .count()
+    };
+    assert!(spans(1) >= 6, "CPU spans");
+    assert!(spans(2) >= 4, "GPU spans");
+    assert!(events.iter().any(|e| e["ph"] == "C"));
+    for span in events.iter().filter(|e| e["ph"] == "X") {
+        assert!(
+            span["ts"].as_f64().unwrap() >= 0.0 && span["dur"].as_f64().unwrap() >= 0.0,
+            "{span}"
+        );
+    }
+}

@@ -1,0 +1,134 @@
+//! Bad input and bad places: one line that names the culprit, exit code 1, nothing half-written.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::{fs, path::Path};
+
+use common::{asset, names, refused};
+
+/// `bake arm.glb -o OUT --device cpu …`, which must be refused and leave nothing behind.
+fn refused_bake(more: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let arm = asset("arm.glb");
+    refused_bake_of(&arm, folder.path(), more)
+}
+
+fn refused_bake_of(file: &str, folder: &Path, more: &[&str]) -> String {
+    let out = folder.join("out");
+    let before = names(folder);
+    let mut args = vec!["bake", file, "-o", out.to_str().unwrap()];
+    args.extend(more);
+    if !more.contains(&"--device") {
+        args.extend(["--device", "cpu"]);
+    }
+    let error = refused(&args);
+    assert_eq!(names(folder), before, "nothing is left behind");
+    error
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let error = refused(&["info", "no/such/file.glb"]);
+    assert!(error.contains("no/such/file.glb"), "{error}");
+}
+
+#[test]
+fn a_truncated_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read(asset("arm.glb")).unwrap();
+    let file = folder.path().join("cut.glb");
+    for length in [0, 3, 12, 40, whole.len() / 2, whole.len() - 1] {
+        fs::write(&file, &whole[..length]).unwrap();
+        let error = refused_bake_of(file.to_str().unwrap(), folder.path(), &["--rest"]);
+        assert!(error.contains("cut.glb"), "{length}: {error}");
+    }
+}
+
+#[test]
+fn an_unknown_joint_is_named() {
+    let error = refused_bake(&["--joint", "knee=blend"]);
+    assert!(error.contains("knee"), "{error}");
+    let error = refused(&[
+        "bench",
+        &asset("arm.glb"),
+        "--one-joint",
+        "tail",
+        "--device",
+        "cpu",
+    ]);
+    assert!(error.contains("tail"), "{error}");
+}
+
+#[test]
+fn bad_poses_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("pose.json");
+    let bad = [
+        (r#"{"lower": [0, 0, 1e39, 1]}"#, "lower"),
+        (r#"{"lower": [0, 0, 0, 0]}"#, "lower"),
+        (r#"{"lower": [0, 0, NaN, 1]}"#, "pose.json"),
+        (r#"{"lower": {"axis": [0, 0, 0], "degrees": 90}}"#, "lower"),
+        (r#"{"wing": [0, 0, 0, 1]}"#, "wing"),
+        (r#"{"lower": "#, "pose.json"),
+    ];
+    for (text, culprit) in bad {
+        fs::write(&file, text).unwrap();
+        let error = refused_bake(&["--pose", file.to_str().unwrap()]);
+        assert!(error.contains(culprit), "{text}: {error}");
+    }
+}
+
+#[test]
+fn clips_and_frames_that_do_not_exist_are_named() {
+    let error = refused_bake(&["--clip", "moonwalk"]);
+    assert!(error.contains("moonwalk"), "{error}");
+    let error = refused_bake(&["--rest", "--frames", "3..5"]);
+    assert!(error.contains("--frames"), "{error}");
+}
+
+#[test]
+fn tracking_is_refused_by_name() {
+    let error = refused_bake(&["--method", "tracking"]);
+    assert!(error.contains("tracking"), "{error}");
+}
+
+#[test]
+fn an_unknown_device_is_refused() {
+    let error = refused_bake(&["--device", "no such device"]);
+    assert!(
+        error.contains("no such device") || error.contains("no Vulkan device"),
+        "{error}"
+    );
+}
+
+#[test]
+fn places_that_cannot_be_written_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("missing/out.glb");
+    let arm = asset("arm.glb");
+    let error = refused(&["bake", &arm, "-o", missing.to_str().unwrap()]);
+    assert!(error.contains("out.glb"), "{error}");
+    let full = folder.path().join("full");
+    fs::create_dir(&full).unwrap();
+    fs::write(full.join("thesis.tex"), "").unwrap();
+    let error = refused(&["bake", &arm, "-o", full.to_str().unwrap()]);
+    assert!(error.contains("--force"), "{error}");
+    assert_eq!(names(&full), ["thesis.tex"]);
+    assert_eq!(names(folder.path()), ["full"]);
+}
+
+#[test]
+fn a_wrong_name_of_the_output_is_explained() {
+    let arm = asset("arm.glb");
+    for case in [
+        vec!["-o", "x.ply"],
+        vec!["-o", "x.gltf"],
+        vec!["-o", "x.glb", "--format", "ply"],
+        vec!["-o", "x", "--format", "glb"],
+    ] {
+        let mut args = vec!["bake", &arm];
+        args.extend(case);
+        assert!(refused(&args).contains("--output"));
+    }
+}
