@@ -1,4 +1,4 @@
-//! Maintenance of the dermis workspace: `cargo xtask shaders | tidy`.
+//! Maintenance of the dermis workspace: `cargo xtask shaders | tidy | assets`.
 
 mod shaders;
 // `build.rs` uses the rest.
@@ -6,6 +6,9 @@ mod shaders;
 #[path = "../../../shaders/sources.rs"]
 mod sources;
 mod tidy;
+
+#[cfg(feature = "assets")]
+mod assets;
 
 use std::{
     path::{Path, PathBuf},
@@ -23,7 +26,9 @@ Usage: cargo xtask TASK
           --check compares instead of writing;
           --glslang compiles with the glslangValidator on the PATH, for quick trials:
           what it writes does not pass --check
-  tidy    checks modules, passes and files against the project's rules";
+  tidy    checks modules, passes and files against the project's rules
+  assets [--check] [NAME..]
+          makes assets/arm.glb, hand.glb and mannequin.glb; --check compares instead of writing";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -41,6 +46,10 @@ fn run(arguments: &[String]) -> Result<()> {
     match task.as_str() {
         "shaders" => shaders::run(rest),
         "tidy" if rest.is_empty() => tidy::run(&root()),
+        #[cfg(feature = "assets")]
+        "assets" => assets::run(rest),
+        #[cfg(not(feature = "assets"))]
+        "assets" => again(&["assets"], None, arguments),
         "help" | "--help" | "-h" => {
             println!("{USAGE}");
             Ok(())
