@@ -7,6 +7,7 @@ mod fit;
 mod grid;
 mod hrbf;
 mod sample;
+mod surface;
 
 use glam::{DVec3, Mat3, Mat4, Vec3};
 
@@ -15,13 +16,10 @@ pub use fit::{Fitted, fit};
 pub use grid::GridInput;
 pub use hrbf::Hrbf;
 
+pub use crate::layout::field_grid::FADE;
+
 /// Edge of a field's grid in texels.
 pub const GRID: u32 = 32;
-/// Distances from the bone, in radii r, from which the field fades and where it has become 0.
-///
-/// Every vertex of the part is within r, so the fade leaves the part itself alone. It makes the support finite where the HRBF of
-/// an open or thin part stays inside for ever.
-pub const FADE: [f32; 2] = [1.35, 2.0];
 
 /// An oriented box in rest space; texel centres of the grid reach from face to face.
 #[derive(Clone, Copy, Debug)]

@@ -255,3 +255,32 @@ fn fitting_twice_gives_the_same_bits() {
         assert_eq!(a.bounds.size, b.bounds.size);
     }
 }
+
+#[test]
+fn a_layer_below_another_is_not_sampled() {
+    let outer = capsule(1.0, Vec3::ZERO);
+    let inner = capsule(0.85, Vec3::ZERO);
+    let count = outer.positions.len() as u32;
+    let positions = [outer.positions, inner.positions].concat();
+    let below = inner.triangles.iter().map(|t| t.map(|v| v + count));
+    // A body under a coat with a lining: the inner layer once outward and once inward.
+    let lining = inner
+        .triangles
+        .iter()
+        .map(|t| [t[0], t[2], t[1]].map(|v| v + count));
+    for layer in [below.collect::<Vec<_>>(), lining.collect()] {
+        let triangles = [outer.triangles.clone(), layer].concat();
+        let mesh = Mesh::new(positions.clone(), triangles);
+        let part = vec![0; positions.len()];
+        let fitted = fit(&mesh, &chain(&[-2.0 * Vec3::X, 2.0 * Vec3::X]), part).unwrap();
+        for (v, &x) in mesh.positions.iter().enumerate() {
+            let f = fitted.fields[0].evaluate(x).0;
+            let expected = if v < count as usize {
+                0.45..0.55
+            } else {
+                0.55..0.9
+            };
+            assert!(expected.contains(&f), "{v} {x}: {f}");
+        }
+    }
+}

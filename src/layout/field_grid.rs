@@ -2,6 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// Distances from the bone, in radii r, from which the field fades and where it has become 0.
+///
+/// Every vertex of the part is within r, so the fade leaves the part itself alone. It makes the support finite where the HRBF of
+/// an open or thin part stays inside for ever.
+pub const FADE: [f32; 2] = [1.35, 2.0];
+/// A value below this is 0, and so is its gradient.
+pub const SNAP: f32 = 1e-5;
+
 /// One field as its grid is sampled: everything in the scaled coordinates of its HRBF.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

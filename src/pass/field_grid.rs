@@ -2,7 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::{
+    gpu::{Access, Binding, Declaration},
+    layout::field_grid::{FADE, SNAP},
+};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -45,8 +48,8 @@ pub struct Constants {
 
 /// The constants of every run.
 pub const CONSTANTS: Constants = Constants {
-    fade: crate::field::FADE,
-    snap: 1e-5,
+    fade: FADE,
+    snap: SNAP,
 };
 
 /// Workgroups for a number of fields: 8 × 8 × 8 a tile, the fields one after the other along z.

@@ -14,7 +14,7 @@ const MODULES: &[(&str, &[&str])] = &[
     ("compose", &[]),
     ("flesh", &[]),
     // The skeleton that a field is fitted to is one of the rig's raw types.
-    ("field", &["mesh", "rig"]),
+    ("field", &["mesh", "rig", "layout"]),
     ("rig", &["asset", "mesh", "field", "compose"]),
     ("sphere_mesh", &["mesh", "asset"]),
     ("layout", &[]),
