@@ -186,7 +186,10 @@ fn create(
     // SAFETY: every pointer in `info` is to a value alive until the call returns; the canary is kept by the caller for
     // as long as the instance lives.
     unsafe { entry.create_instance(&info, None) }.map_err(|code| Error::NoDevice {
-        reason: format!("vkCreateInstance: {code:?}; is a Vulkan driver installed?"),
+        reason: format!(
+            "vkCreateInstance: {code:?}; without a driver install one, on Debian \
+             `apt install mesa-vulkan-drivers`, or use the cpu device"
+        ),
     })
 }
 
