@@ -116,7 +116,7 @@ pub(crate) fn open_device(
 ) -> Result<Device> {
     let selector = match &options.device {
         DeviceChoice::Cpu => {
-            console.note("computing on the CPU, one vertex after the other: this is slow")?;
+            console.note("computing on the CPU, without Vulkan: this is slow")?;
             return Ok(Device::Cpu);
         }
         DeviceChoice::Auto => DeviceSelector::Auto,

@@ -132,3 +132,23 @@ fn a_wrong_name_of_the_output_is_explained() {
         assert!(refused(&args).contains("--output"));
     }
 }
+
+#[test]
+fn a_full_disk_is_named() {
+    if !Path::new("/dev/full").exists() {
+        eprintln!("skipped: this system has no /dev/full");
+        return;
+    }
+    let error = refused(&["info", &asset("arm.glb"), "--json", "/dev/full"]);
+    assert!(error.contains("/dev/full"), "{error}");
+}
+
+#[test]
+fn a_budget_that_does_not_hold_the_character_is_refused() {
+    if common::good(&["devices", "--json", "-"]).trim() == "[]" {
+        eprintln!("skipped: no Vulkan device, and the CPU has no budget");
+        return;
+    }
+    let error = refused_bake(&["--rest", "--budget", "1M", "--device", "auto"]);
+    assert!(error.contains("budget of 1048576 bytes"), "{error}");
+}
