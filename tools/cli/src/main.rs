@@ -9,9 +9,11 @@ mod info;
 mod options;
 mod output;
 mod parse;
+mod png;
 mod poses;
 mod profile;
 mod progress;
+mod render;
 mod samples;
 mod session;
 mod settled;
@@ -47,6 +49,7 @@ enum Command {
     Devices(devices::Args),
     Info(info::Args),
     Bake(bake::Args),
+    Render(render::Args),
     Bench(bench::Args),
     Profile(profile::Args),
 }
@@ -76,6 +79,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Devices(args) => devices::run(args),
         Command::Info(args) => info::run(args),
         Command::Bake(args) => bake::run(args),
+        Command::Render(args) => render::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
     }

@@ -65,6 +65,14 @@ pub(crate) fn frames(text: &str) -> Result<Range<usize>, String> {
     Ok(range)
 }
 
+/// Width and height in pixels, `640x480`.
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
+    let side = |part: &str| part.trim().parse().ok().filter(|&n: &u32| n > 0);
+    let sides = text.split_once(['x', '×']);
+    let size = sides.and_then(|(width, height)| side(width).zip(side(height)));
+    size.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 640x480".into())
+}
+
 /// `NAME=union|blend|bulge`.
 pub(crate) fn joint(text: &str) -> Result<(String, Operator), String> {
     let (name, operator) = assignment(text, "union, blend or bulge")?;
@@ -187,6 +195,14 @@ mod tests {
             "a=nan:1,1:1,2:1",
         ] {
             assert!(opening(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_two_sides_of_at_least_a_pixel() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        for wrong in ["640", "0x5", "5x", "-1x4", "axb", "1x2x3"] {
+            assert!(size(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -1,0 +1,115 @@
+//! Camera, light and colours: what all pictures of a run share.
+
+use dermis::{
+    Error, Result,
+    deformer::{Device, Method, Skin},
+    gpu::{Gpu, GpuOptions},
+    render::{
+        self, Attributes, Background, Bounds, Camera, Picture, Projection, Renderer, Scene, Shading,
+    },
+};
+
+use super::{Args, Shot};
+use crate::session::{Session, check_validation};
+
+/// Draws skins, all from the same distance.
+pub(super) struct Studio {
+    device: Device,
+    renderer: Renderer,
+    camera: Camera,
+    shading: Shading,
+    wireframe: bool,
+}
+
+impl Studio {
+    /// A studio with a camera that sees the character in every shot.
+    pub(super) fn open(args: &Args, session: &Session, shots: &[Shot]) -> Result<Self> {
+        let gpu = drawing_device(args, session)?;
+        let renderer = Renderer::new(&gpu, args.size.0, args.size.1)?;
+        let bounds = bounds(session, shots)?;
+        let bounds = match args.turntable {
+            Some(_) => bounds.turned(),
+            None => bounds,
+        };
+        let projection = match args.orthographic {
+            true => Projection::Orthographic { height: 0.0 },
+            false => Projection::default(),
+        };
+        Ok(Self {
+            camera: Camera::framing(&bounds, args.view, projection, renderer.aspect()),
+            device: Device::Gpu(gpu),
+            renderer,
+            shading: args.shade,
+            wireframe: args.wireframe,
+        })
+    }
+
+    /// A picture of `skin` from `orbit` degrees around.
+    pub(super) fn draw(
+        &mut self,
+        skin: &Skin,
+        triangles: &[[u32; 3]],
+        orbit: f32,
+    ) -> Result<Picture> {
+        let attributes = Attributes {
+            normals: &skin.normals,
+            field: &skin.field,
+            iso: &skin.iso,
+            state: &skin.state,
+            bone: &skin.bone,
+        };
+        let colours = render::colours(self.shading, &attributes)?;
+        let mut picture = self.renderer.draw(&Scene {
+            positions: &skin.positions,
+            normals: &skin.normals,
+            colours: &colours,
+            triangles,
+            camera: self.camera.orbit(orbit),
+            wireframe: self.wireframe,
+            background: Background::default(),
+        })?;
+        render::legend(&mut picture, self.shading);
+        Ok(picture)
+    }
+
+    /// The last word: fails if the validation layer had something to say.
+    pub(super) fn finish(&self) -> Result<()> {
+        check_validation(&self.device)
+    }
+}
+
+/// The device that deforms also draws; where that is the CPU, any Vulkan device does.
+fn drawing_device(args: &Args, session: &Session) -> Result<Gpu> {
+    if let Device::Gpu(gpu) = &session.device {
+        return Ok(gpu.clone());
+    }
+    let options = GpuOptions {
+        validation: args.device.validation,
+        ..GpuOptions::default()
+    };
+    Gpu::new(&options).map_err(|error| match error {
+        Error::NoDevice { reason } => Error::NoDevice {
+            reason: format!("render draws with Vulkan even where the CPU deforms: {reason}"),
+        },
+        other => other,
+    })
+}
+
+/// How far the character reaches in all shots, by the geometric methods, which are cheap: the others stay between or
+/// close to these.
+fn bounds(session: &Session, shots: &[Shot]) -> Result<Bounds> {
+    let mut all = Vec::new();
+    for method in [Method::Lbs, Method::Dqs] {
+        let mut deformer = session.deformer(method)?;
+        let mut last = None;
+        for shot in shots {
+            // A turntable shows one frame from many sides.
+            if last.replace(shot.frame.number) != Some(shot.frame.number) {
+                deformer.advance(&shot.frame.pose)?;
+                all.push(Bounds::of(&deformer.read()?.positions));
+            }
+        }
+    }
+    let union = all.into_iter().reduce(|a, b| a.union(&b));
+    Ok(union.unwrap_or_else(|| Bounds::of(&session.model.positions)))
+}
