@@ -69,7 +69,7 @@ fn raw_string(c: &[char], at: usize) -> usize {
 
 /// The part of a file that is built without tests: all before a test module, nothing of a file of tests.
 pub(crate) fn without_tests<'a>(path: &str, source: &'a str) -> &'a str {
-    if path.ends_with("/tests.rs") || path.contains("/tests/") {
+    if of_tests(path) {
         return "";
     }
     let test_module = source.match_indices("#[cfg(test)]").find(|(at, text)| {
@@ -77,6 +77,11 @@ pub(crate) fn without_tests<'a>(path: &str, source: &'a str) -> &'a str {
         rest.starts_with("mod ") || rest.starts_with("#[")
     });
     test_module.map_or(source, |(at, _)| &source[..at])
+}
+
+/// A file that only tests are built from.
+pub(crate) fn of_tests(path: &str) -> bool {
+    path.ends_with("tests.rs") || path.starts_with("tests/") || path.contains("/tests/")
 }
 
 /// Byte positions of `word` where it stands by itself.
@@ -123,6 +128,13 @@ mod tests {
             without_tests("src/a.rs", "a\n#[cfg(test)]\nuse b;"),
             "a\n#[cfg(test)]\nuse b;"
         );
-        assert_eq!(without_tests("src/a/tests.rs", "a"), "");
+        for path in [
+            "src/a/tests.rs",
+            "src/a/heat_tests.rs",
+            "tests/a.rs",
+            "tools/cli/tests/a.rs",
+        ] {
+            assert_eq!(without_tests(path, "a"), "");
+        }
     }
 }

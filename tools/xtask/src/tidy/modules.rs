@@ -19,7 +19,8 @@ const MODULES: &[(&str, &[&str])] = &[
     ("sphere_mesh", &["mesh", "asset"]),
     ("layout", &[]),
     ("gpu", &[]),
-    ("pass", &["layout", "gpu"]),
+    // The method's constants, which a pass hands to its shader.
+    ("pass", &["layout", "gpu", "field"]),
     (
         "twin",
         &["layout", "pass", "rig", "mesh", "compose", "field"],

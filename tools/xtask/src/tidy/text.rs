@@ -1,6 +1,6 @@
 //! Files as text: a first line that says what the module is, a length that can be read, no stray white space.
 
-use super::Tree;
+use super::{Tree, code::of_tests};
 
 /// Longest file, in lines.
 const LONGEST: usize = 500;
@@ -12,7 +12,7 @@ const WRITTEN: [&str; 9] = ["rs", "comp", "vert", "frag", "glsl", "toml", "md", 
 pub(crate) fn check(tree: &Tree) -> Vec<String> {
     let mut findings = Vec::new();
     for (path, text) in tree.files().filter(|(path, _)| written(path)) {
-        if path.ends_with(".rs") && !text.starts_with("//! ") {
+        if path.ends_with(".rs") && !of_tests(path) && !text.starts_with("//! ") {
             findings.push(format!("{path}:1: the first line is not a `//!` line"));
         }
         let lines = text.lines().count();
@@ -59,6 +59,7 @@ mod tests {
         assert_eq!(findings("src/a.rs", "//! Does a.\nfn a() {}\n"), [""; 0]);
         assert_eq!(findings("src/a.rs", "fn a() {}\n").len(), 1);
         assert_eq!(findings("src/a.rs", "").len(), 1);
+        assert_eq!(findings("src/a/tests.rs", "use super::*;\n"), [""; 0]);
         assert_eq!(findings("shaders/a.comp", "#version 460\n"), [""; 0]);
     }
 
