@@ -21,8 +21,11 @@ use dermis::asset::{Model, write_glb_skinned};
 
 use crate::{Result, root};
 
+/// Makes a character.
+type Maker = fn() -> Result<Model>;
+
 /// The characters by name.
-const CHARACTERS: [(&str, fn() -> Result<Model>); 3] = [
+const CHARACTERS: [(&str, Maker); 3] = [
     ("arm", arm::model),
     ("hand", hand::model),
     ("mannequin", mannequin::model),
