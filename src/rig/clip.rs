@@ -51,6 +51,15 @@ impl Pose {
     }
 }
 
+/// Rest space → the space of the file's scene, by the first joint as the file poses it: where the file stands the rest
+/// pose. The identity for a model without joints.
+pub fn scene_from_rest(model: &Model) -> Mat4 {
+    let first = model.joints.first();
+    first.map_or(Mat4::IDENTITY, |joint| {
+        globals(&model.nodes)[joint.node] * joint.inverse_bind
+    })
+}
+
 /// Node space → scene space.
 fn globals(nodes: &[Node]) -> Vec<Mat4> {
     let mut global: Vec<Mat4> = Vec::with_capacity(nodes.len());
@@ -182,6 +191,16 @@ mod tests {
         for t in [1.0f32, 1.3, 2.0, 2.9, 3.0] {
             assert!((sample(&c, t).unwrap().x - t * t * t).abs() < 1e-4, "{t}");
         }
+    }
+
+    #[test]
+    fn the_scene_stands_a_character_up_that_is_bound_lying_down() {
+        let mut model = model();
+        assert!(scene_from_rest(&model).abs_diff_eq(Mat4::IDENTITY, 1e-6));
+        let up = Mat4::from_rotation_x(-1.5);
+        model.joints[0].inverse_bind = up;
+        assert!(scene_from_rest(&model).abs_diff_eq(up, 1e-6));
+        assert_eq!(scene_from_rest(&Model::default()), Mat4::IDENTITY);
     }
 
     #[test]

@@ -25,6 +25,7 @@ use crate::{
     mesh::{Csr, Mesh},
 };
 
+pub use clip::scene_from_rest;
 pub use options::Options;
 pub use pose_file::{JointPose, PoseFile};
 pub use random::Random;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::glb::{Builder, Shape, Use, materials, too_large};
@@ -18,6 +18,8 @@ pub struct MorphAnimation<'a> {
     pub method: &'a str,
     /// Clip, the animation's name.
     pub clip: &'a str,
+    /// Rotation of the mesh's node, unit: turns the frames' space to glTF's, whose y points up.
+    pub upright: Quat,
     /// Frames in order of time, at least one.
     pub frames: &'a [MorphFrame<'a>],
 }
@@ -69,7 +71,7 @@ pub fn write_glb_morph(path: &Path, model: &Model, animation: &MorphAnimation<'_
         "extras": extras,
     });
     mesh["extras"]["targetNames"] = names.into();
-    let animation = json!({
+    let clip = json!({
         "name": animation.clip,
         "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
         "channels": [{ "sampler": 0, "target": { "node": 0, "path": "weights" } }],
@@ -78,10 +80,14 @@ pub fn write_glb_morph(path: &Path, model: &Model, animation: &MorphAnimation<'_
     let mut root = Map::new();
     root.insert("scene".into(), 0.into());
     root.insert("scenes".into(), json!([{ "nodes": [0] }]));
-    root.insert("nodes".into(), json!([{ "name": "skin", "mesh": 0 }]));
+    let rotation = animation.upright.to_array();
+    root.insert(
+        "nodes".into(),
+        json!([{ "name": "skin", "mesh": 0, "rotation": rotation }]),
+    );
     root.insert("meshes".into(), json!([mesh]));
     root.insert("materials".into(), materials(&model.primitives));
-    root.insert("animations".into(), json!([animation]));
+    root.insert("animations".into(), json!([clip]));
     builder.write(path, root)
 }
 

@@ -196,6 +196,7 @@ fn a_morph_animation_holds_every_frame() {
     let animation = MorphAnimation {
         method: "implicit",
         clip: "bend \"it\"",
+        upright: Quat::from_rotation_z(1.0),
         frames: &frames,
     };
     write_glb_morph(&path, &model, &animation).unwrap();
@@ -206,6 +207,9 @@ fn a_morph_animation_holds_every_frame() {
     let file = gltf::Gltf::from_slice(&fs::read(&path).unwrap()).unwrap();
     let blob = file.blob.as_deref().unwrap();
     let buffer = |_: gltf::Buffer<'_>| Some(blob);
+    let node = file.nodes().next().unwrap();
+    let (_, rotation, _) = node.transform().decomposed();
+    assert_eq!(rotation, Quat::from_rotation_z(1.0).to_array());
     let clip = file.animations().next().unwrap();
     assert_eq!(clip.name(), Some("bend \"it\""));
     let channel = clip.channels().next().unwrap();

@@ -9,6 +9,7 @@ use dermis::{
     deformer::Skin,
     rig,
 };
+use glam::Quat;
 use serde::Serialize;
 
 use crate::{
@@ -29,6 +30,9 @@ A PLY holds, a vertex in the file's order: x y z nx ny nz field iso state bone. 
 
 A pose file is {\"joint\": [x, y, z, w]} or {\"joint\": {\"axis\": [0, 0, 1], \"degrees\": 90}}, or a list of such objects;
 a rotation is applied after the joint's bind rotation, in the joint's own frame.
+
+Positions are in the space of the file's scene for a clip, and in that of the file's vertices for all other poses; a
+GLB stands upright either way.
 
 Examples:
   dermis bake CesiumMan.glb -o out.glb                  the first clip, as an animation
@@ -108,6 +112,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         method: args.method.name(),
         clip: frames.clip.as_deref().unwrap_or(&frames.source),
         device: &device,
+        upright: frames.upright,
         triangles: &session.rig.rows.triangles,
     };
     let mut report = Report {
@@ -155,7 +160,9 @@ fn choose_format(args: &Args) -> Result<Format> {
 }
 
 fn check_finite(skin: &Skin, frame: &Frame) -> Result<()> {
-    let broken = skin.positions.iter().position(|p| !p.is_finite());
+    let rows = skin.positions.iter().zip(&skin.normals);
+    let mut finite = rows.map(|(p, n)| p.is_finite() && n.is_finite());
+    let broken = finite.position(|finite| !finite);
     broken.map_or(Ok(()), |row| {
         Err(Error::Pose {
             element: format!("frame {}", frame.number),
@@ -230,6 +237,7 @@ struct Writer<'a> {
     method: &'a str,
     clip: &'a str,
     device: &'a str,
+    upright: Quat,
     triangles: &'a [[u32; 3]],
 }
 
@@ -277,6 +285,7 @@ impl Writer<'_> {
                 let animation = MorphAnimation {
                     method: self.method,
                     clip: self.clip,
+                    upright: self.upright,
                     frames: &frames,
                 };
                 let model = rig::subdivide(model, subdivide)?;

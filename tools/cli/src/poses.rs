@@ -3,8 +3,9 @@
 use dermis::{
     Error, Result,
     asset::Model,
-    rig::{Pose, PoseFile, Skeleton},
+    rig::{self, Pose, PoseFile, Skeleton},
 };
+use glam::{Mat3, Mat4, Quat, Vec3};
 
 use crate::{console::Console, options::PoseOptions, session::Character};
 
@@ -27,6 +28,9 @@ pub(crate) struct Frames {
     pub(crate) clip: Option<String>,
     pub(crate) fps: f32,
     pub(crate) frames: Vec<Frame>,
+    /// Turns the frames' space upright, as the file's scene stands. A clip is in the scene's space already; the other
+    /// sources are in rest space, in which many exporters lay characters down.
+    pub(crate) upright: Quat,
 }
 
 /// What to play where the user names no source and the file has no clip.
@@ -51,14 +55,18 @@ impl Frames {
             model, skeleton, ..
         } = character;
         let degrees = options.degrees.unwrap_or(degrees);
+        let upright = |frames: Frames| Frames {
+            upright: rotation(&rig::scene_from_rest(model)),
+            ..frames
+        };
         if options.rest {
-            return from_rest(options, skeleton);
+            return from_rest(options, skeleton).map(upright);
         }
         if let Some(count) = options.random {
-            return from_chance(options, skeleton, count, degrees);
+            return from_chance(options, skeleton, count, degrees).map(upright);
         }
         if let Some(path) = &options.pose {
-            return from_file(options, path, skeleton);
+            return from_file(options, path, skeleton).map(upright);
         }
         if let Some(clip) = &options.clip {
             return from_clip(options, find_clip(model, clip)?, model, skeleton);
@@ -79,6 +87,7 @@ impl Frames {
             Fallback::Rest => from_rest(options, skeleton),
             Fallback::Random(count) => from_chance(options, skeleton, count, degrees),
         }
+        .map(upright)
     }
 }
 
@@ -152,7 +161,19 @@ fn frames(
         clip,
         fps: options.fps,
         frames: range.map(frame).collect::<Result<_>>()?,
+        upright: Quat::IDENTITY,
     })
+}
+
+/// The turn in a matrix, without its scale and without its shift.
+fn rotation(matrix: &Mat4) -> Quat {
+    let [x, y] = [matrix.x_axis, matrix.y_axis].map(|axis| axis.truncate());
+    let x = x.normalize_or(Vec3::X);
+    let y = y.reject_from_normalized(x);
+    match y.try_normalize() {
+        Some(y) => Quat::from_mat3(&Mat3::from_cols(x, y, x.cross(y))),
+        None => Quat::IDENTITY,
+    }
 }
 
 /// By name, else by number.
@@ -172,4 +193,19 @@ fn find_clip(model: &Model, wanted: &str) -> Result<usize> {
     by_name
         .or_else(by_number)
         .ok_or_else(|| Error::argument("--clip", format!("no clip {wanted:?}: {}", names())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_turn_in_a_matrix_is_found_below_its_scale() {
+        let turn = Quat::from_rotation_x(-1.5) * Quat::from_rotation_z(0.4);
+        for scale in [Vec3::splat(0.01), Vec3::new(2.0, 3.0, 0.5)] {
+            let matrix = Mat4::from_scale_rotation_translation(scale, turn, Vec3::splat(7.0));
+            assert!(rotation(&matrix).angle_between(turn) < 1e-3);
+        }
+        assert!(rotation(&Mat4::ZERO).is_finite());
+    }
 }

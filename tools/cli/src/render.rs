@@ -28,6 +28,7 @@ use crate::{
 #[command(after_help = "\
 Without --time, --frames or --turntable the first frame is drawn. One picture goes to a PNG as it is; several go to a
 PNG as one labelled sheet, or to a folder as frame_0000.png … Back sides are magenta, so that inverted skin stands out.
+The character stands as in the file's scene, whatever the poses' source.
 
 Examples:
   dermis render CesiumMan.glb -o man.png --time 0.5
@@ -36,7 +37,7 @@ Examples:
   dermis render mannequin.glb -o table --turntable 36
   dermis render mannequin.glb -o walk --clip walk --frames 0..30 --compare lbs,implicit")]
 pub(crate) struct Args {
-    /// glTF, GLB or OBJ file.
+    /// glTF or GLB file.
     file: PathBuf,
     /// A .png file, or a folder for frame_0000.png ….
     #[arg(long, short, value_name = "OUT")]
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let frames = Frames::choose(&args.poses, &character, Fallback::Rest, 90.0, &console)?;
     let shots = shots(args, &frames)?;
     let session = Session::open(character, &args.rig, &args.device, false, console.clone())?;
-    let studio = Studio::open(args, &session, &shots)?;
+    let studio = Studio::open(args, &session, &shots, frames.upright)?;
     let mut stage = Stage::new(&session, methods, studio)?;
     let progress = Progress::new(&console);
     for (done, shot) in shots.iter().enumerate() {

@@ -8,6 +8,7 @@ use dermis::{
         self, Attributes, Background, Bounds, Camera, Picture, Projection, Renderer, Scene, Shading,
     },
 };
+use glam::{Quat, Vec3};
 
 use super::{Args, Shot};
 use crate::session::{Session, check_validation};
@@ -19,14 +20,21 @@ pub(super) struct Studio {
     camera: Camera,
     shading: Shading,
     wireframe: bool,
+    /// Stands the skins up.
+    upright: Quat,
 }
 
 impl Studio {
-    /// A studio with a camera that sees the character in every shot.
-    pub(super) fn open(args: &Args, session: &Session, shots: &[Shot]) -> Result<Self> {
+    /// A studio with a camera that sees the character, turned `upright`, in every shot.
+    pub(super) fn open(
+        args: &Args,
+        session: &Session,
+        shots: &[Shot],
+        upright: Quat,
+    ) -> Result<Self> {
         let gpu = drawing_device(args, session)?;
         let renderer = Renderer::new(&gpu, args.size.0, args.size.1)?;
-        let bounds = bounds(session, shots)?;
+        let bounds = bounds(session, shots, upright)?;
         let bounds = match args.turntable {
             Some(_) => bounds.turned(),
             None => bounds,
@@ -41,6 +49,7 @@ impl Studio {
             renderer,
             shading: args.shade,
             wireframe: args.wireframe,
+            upright,
         })
     }
 
@@ -51,8 +60,10 @@ impl Studio {
         triangles: &[[u32; 3]],
         orbit: f32,
     ) -> Result<Picture> {
+        let positions = turned(&skin.positions, self.upright);
+        let normals = turned(&skin.normals, self.upright);
         let attributes = Attributes {
-            normals: &skin.normals,
+            normals: &normals,
             field: &skin.field,
             iso: &skin.iso,
             state: &skin.state,
@@ -60,8 +71,8 @@ impl Studio {
         };
         let colours = render::colours(self.shading, &attributes)?;
         let mut picture = self.renderer.draw(&Scene {
-            positions: &skin.positions,
-            normals: &skin.normals,
+            positions: &positions,
+            normals: &normals,
             colours: &colours,
             triangles,
             camera: self.camera.orbit(orbit),
@@ -97,7 +108,7 @@ fn drawing_device(args: &Args, session: &Session) -> Result<Gpu> {
 
 /// How far the character reaches in all shots, by the geometric methods, which are cheap: the others stay between or
 /// close to these.
-fn bounds(session: &Session, shots: &[Shot]) -> Result<Bounds> {
+fn bounds(session: &Session, shots: &[Shot], upright: Quat) -> Result<Bounds> {
     let mut all = Vec::new();
     for method in [Method::Lbs, Method::Dqs] {
         let mut deformer = session.deformer(method)?;
@@ -106,10 +117,14 @@ fn bounds(session: &Session, shots: &[Shot]) -> Result<Bounds> {
             // A turntable shows one frame from many sides.
             if last.replace(shot.frame.number) != Some(shot.frame.number) {
                 deformer.advance(&shot.frame.pose)?;
-                all.push(Bounds::of(&deformer.read()?.positions));
+                all.push(Bounds::of(&turned(&deformer.read()?.positions, upright)));
             }
         }
     }
     let union = all.into_iter().reduce(|a, b| a.union(&b));
     Ok(union.unwrap_or_else(|| Bounds::of(&session.model.positions)))
+}
+
+fn turned(vectors: &[Vec3], turn: Quat) -> Vec<Vec3> {
+    vectors.iter().map(|&v| turn * v).collect()
 }
