@@ -15,7 +15,10 @@ mod random;
 mod sheets;
 mod skeleton;
 mod subdivide;
+mod volumes;
 mod weights;
+
+use std::path::PathBuf;
 
 use glam::Mat4;
 
@@ -109,6 +112,8 @@ pub struct Rig {
     pub neighbourhood: Csr,
     /// Vertices that follow geometric skinning only (thin sheets, small rigid shells).
     pub geometric: Vec<bool>,
+    /// Folder that keeps what takes long to make, where the user named one.
+    pub cache: Option<PathBuf>,
     /// What was mended or left out, a sentence each.
     pub warnings: Vec<String>,
 }

@@ -76,6 +76,7 @@ impl Rig {
             }
         };
         let mut rig = base.assemble(prepared, options, progress)?;
+        rig.cache = Some(dir.into());
         rig.warnings.extend(notes);
         Ok(rig)
     }
@@ -225,6 +226,7 @@ impl Base {
             fields: p.fields,
             composition,
             geometric: p.geometric,
+            cache: None,
             warnings,
         };
         progress(Progress {
