@@ -1,12 +1,14 @@
 //! Fields of real characters: what the projection relies on, and the GPU's grids against their twin.
 #![allow(clippy::unwrap_used)]
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use std::sync::OnceLock;
 
 use dermis::{
     field::{AtlasLayout, Field, GridInput, atlas_layout},
     frame::FrameBuilder,
-    gpu::{Class, Format, Gpu, GpuOptions},
+    gpu::{Class, Format, Gpu},
     pass::field_grid::{CONSTANTS, DECLARATION, groups},
     rig::{Options, Rig},
     twin::field_grid,
@@ -14,47 +16,15 @@ use dermis::{
 use glam::Vec3;
 use half::f16;
 
-/// Characters of the shared data, or nothing, said so, where the folder does not exist.
-fn characters() -> Vec<PathBuf> {
-    let data = std::env::var("DERMIS_DATA").map_or_else(
-        |_| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    if !data.exists() {
-        eprintln!("skipped: {} does not exist", data.display());
-        return Vec::new();
-    }
-    [
-        "khronos/CesiumMan.glb",
-        "khronos/Fox.glb",
-        "khronos/RiggedFigure.glb",
-        "mesh2motion/horse-animations.glb",
-        "mesh2motion/human-male.glb",
-    ]
-    .map(|name| find(&data.join("characters"), name))
-    .to_vec()
-}
-
-/// The file of that name anywhere below its folder.
-fn find(characters: &Path, name: &str) -> PathBuf {
-    let (folder, file) = name.split_once('/').unwrap();
-    let mut open = vec![characters.join(folder)];
-    while let Some(at) = open.pop() {
-        for entry in std::fs::read_dir(&at).unwrap().flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.file_name().unwrap() == file {
-                return path;
-            }
-        }
-    }
-    panic!("{name} is not in {}", characters.display());
-}
-
-fn rig(path: &Path) -> Rig {
-    let model = dermis::asset::load(path).unwrap();
-    Rig::prepare(&model, &Options::default(), &|_| {}).unwrap()
+/// The prepared characters, made once for all tests.
+fn rigs() -> &'static [(&'static str, Rig)] {
+    static RIGS: OnceLock<Vec<(&str, Rig)>> = OnceLock::new();
+    RIGS.get_or_init(|| {
+        let prepare = |model: &_| Rig::prepare(model, &Options::default(), &|_| {}).unwrap();
+        common::characters()
+            .map(|(name, model)| (name, prepare(&model)))
+            .collect()
+    })
 }
 
 /// Texel i of a grid: its place in rest space, and whether it lies on a face.
@@ -67,12 +37,12 @@ fn texel(field: &Field, i: usize) -> (Vec3, bool) {
 
 #[test]
 fn no_field_is_cut_by_its_box() {
-    for path in characters() {
-        for field in &rig(&path).fields {
+    for (name, rig) in rigs() {
+        for field in &rig.fields {
             for i in 0..32 * 32 * 32 {
                 let (x, face) = texel(field, i);
                 let f = if face { field.evaluate(x).0 } else { 0.0 };
-                assert!(f < 2e-3, "{} joint {}: {f}", path.display(), field.joint);
+                assert!(f < 2e-3, "{} joint {}: {f}", name, field.joint);
             }
         }
     }
@@ -80,8 +50,7 @@ fn no_field_is_cut_by_its_box() {
 
 #[test]
 fn vertices_lie_where_their_field_has_a_slope() {
-    for path in characters() {
-        let rig = rig(&path);
+    for (name, rig) in rigs() {
         let mut values = Vec::new();
         let mut unusable = 0;
         // Vertices that follow geometric skinning were not fitted.
@@ -98,35 +67,30 @@ fn vertices_lie_where_their_field_has_a_slope() {
         let share = unusable as f64 / values.len() as f64;
         eprintln!(
             "{}: p1 {p1:.3} p50 {median:.3} p99 {p99:.3} unusable {share:.4}",
-            path.display()
+            name
         );
         assert!(
             p1 > 0.2 && p99 < 0.8 && (0.4..0.55).contains(&median),
             "{}",
-            path.display()
+            name
         );
-        assert!(share < 0.006, "{}: {share}", path.display());
+        assert!(share < 0.006, "{}: {share}", name);
     }
 }
 
 #[test]
 fn grids_are_their_fields_to_the_precision_of_half_floats() {
-    for path in characters() {
-        let fields = rig(&path).fields;
+    for (name, rig) in rigs() {
+        let fields = &rig.fields;
         let layout = atlas_layout(fields.len(), 2048).unwrap();
-        let grids = field_grid::run(&GridInput::new(&fields, layout), &CONSTANTS);
+        let grids = field_grid::run(&GridInput::new(fields, layout), &CONSTANTS);
         for (field, grid) in fields.iter().zip(&grids) {
             let error =
                 |i: usize| (field.evaluate(texel(field, i).0).0 - grid[i][0].to_f64()).abs();
             let worst = (0..grid.len()).map(error).fold(0.0, f64::max);
             // Half floats round by 2.4e-4 below 1. The rest is Σ λ t³ in single precision: the terms of a part with sharp
             // folds are a thousand times their sum.
-            assert!(
-                worst < 1e-3,
-                "{} joint {}: {worst:e}",
-                path.display(),
-                field.joint
-            );
+            assert!(worst < 1e-3, "{} joint {}: {worst:e}", name, field.joint);
         }
     }
 }
@@ -177,18 +141,9 @@ fn difference(a: &[[f16; 4]], b: &[[f16; 4]]) -> [f32; 2] {
 
 #[test]
 fn the_gpu_samples_what_its_twin_samples() {
-    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
-        eprintln!("skipped: DERMIS_NO_GPU=1");
-        return;
-    }
-    let gpu = Gpu::new(&GpuOptions {
-        validation: true,
-        ..GpuOptions::default()
-    })
-    .unwrap();
-    eprintln!("{}", gpu.report().name);
-    for path in characters() {
-        let mut fields = rig(&path).fields;
+    let Some(gpu) = common::gpu() else { return };
+    for (name, rig) in rigs() {
+        let mut fields = rig.fields.clone();
         let layout = atlas_layout(fields.len(), 2048).unwrap();
         let input = GridInput::new(&fields, layout);
         let twin =
@@ -197,11 +152,11 @@ fn the_gpu_samples_what_its_twin_samples() {
         assert_eq!(ours, on_gpu(&gpu, &input, layout), "two runs differ");
         // As between single and double precision above; a rounding more or less of a half float, fused or not.
         let [value, slope] = difference(&ours, &theirs);
-        eprintln!("{}: value {value:e} slope {slope:e}", path.display());
+        eprintln!("{}: value {value:e} slope {slope:e}", name);
         assert!(
             value < 1.5e-3 && slope < 4e-3,
             "{}: {value:e} {slope:e}",
-            path.display()
+            name
         );
         fields[0].hrbf.lambda[3] *= 1.1;
         let perturbed = twin(&GridInput::new(&fields, layout));

@@ -5,7 +5,8 @@ mod common;
 
 use std::{fs, path::Path};
 
-use common::{asset, data, good, names};
+use common::{asset, data, dermis, good, names, stderr};
+use glam::{Quat, Vec3};
 use serde_json::Value;
 
 fn json(text: &str) -> Value {
@@ -88,16 +89,84 @@ fn a_glb_holds_the_clip_as_morph_targets() {
         "{summary}"
     );
     assert_eq!(names(folder.path()), ["out.glb"]);
-    let bytes = fs::read(&out).unwrap();
-    assert_eq!(&bytes[..4], b"glTF");
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let gltf: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let gltf = glb(&out);
     assert!(!gltf["animations"].as_array().unwrap().is_empty());
     let primitive = &gltf["meshes"][0]["primitives"][0];
     assert_eq!(primitive["targets"].as_array().unwrap().len(), 4);
     let positions = primitive["attributes"]["POSITION"].as_u64().unwrap() as usize;
     let original = json(&good(&["info", &file, "--json", "-"]));
     assert_eq!(gltf["accessors"][positions]["count"], original["vertices"]);
+}
+
+/// The JSON of a GLB.
+fn glb(path: &Path) -> Value {
+    let bytes = fs::read(path).unwrap();
+    assert_eq!(&bytes[..4], b"glTF");
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+}
+
+#[test]
+fn a_glb_stands_upright_whatever_the_poses_come_from() {
+    let Some(file) = data("characters/khronos/CesiumMan.glb") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.glb");
+    let baked = |source: &[&str]| {
+        let out = out.to_str().unwrap();
+        let common = ["bake", &file, "-o", out, "--method", "lbs", "--quiet"];
+        good(&[&common[..], source].concat());
+        let gltf = glb(&folder.path().join("out.glb"));
+        let numbers = |value: &Value| -> Vec<f32> {
+            let list = value.as_array().unwrap().iter();
+            list.map(|v| v.as_f64().unwrap() as f32).collect()
+        };
+        let turn = Quat::from_slice(&numbers(&gltf["nodes"][0]["rotation"]));
+        let positions = &gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+        let accessor = &gltf["accessors"][positions.as_u64().unwrap() as usize];
+        let corner = |key: &str| Vec3::from_slice(&numbers(&accessor[key]));
+        let size = corner("max") - corner("min");
+        (size, turn * size)
+    };
+    // The file's vertices lie down, its scene stands them up.
+    let (lying, standing) = baked(&["--rest"]);
+    assert!(lying.z > 1.2 * lying.y, "{lying}");
+    assert!(standing.y.abs() > 1.2 * standing.z.abs(), "{standing}");
+    let (walking, drawn) = baked(&["--frames", "0..1"]);
+    assert_eq!(walking, drawn);
+    assert!(walking.y > 1.2 * walking.z, "{walking}");
+}
+
+#[test]
+fn a_cache_gives_the_same_skin_and_a_damaged_one_is_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let bake = |name: &str| {
+        let out = folder.path().join(name);
+        let output = dermis(&[
+            "bake",
+            &asset("arm.glb"),
+            "-o",
+            out.to_str().unwrap(),
+            "--cache",
+            cache.to_str().unwrap(),
+            "--rest",
+        ]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let frame = fs::read(out.join("frame_0000.ply")).unwrap();
+        (frame, stderr(&output).contains("made anew"))
+    };
+    let (made, anew) = bake("made");
+    assert!(!anew);
+    let entry = cache.join(&names(&cache)[0]);
+    let whole = fs::read(&entry).unwrap();
+    let (read, anew) = bake("read");
+    assert!(read == made && !anew);
+    fs::write(&entry, &whole[..whole.len() / 2]).unwrap();
+    let (mended, anew) = bake("mended");
+    assert!(mended == made && anew, "a damaged entry is noticed");
+    assert!(fs::read(&entry).unwrap() == whole);
 }
 
 #[test]
@@ -180,6 +249,15 @@ fn bench_reports_exactly_what_programs_expect() {
     assert!(report["memory"]["total"].as_u64().is_some());
 }
 
+/// Begin and end of a process's spans, the longer first where two begin together.
+fn sorted_spans(events: &[Value], pid: u64) -> Vec<(f64, f64)> {
+    let spans = events.iter().filter(|e| e["ph"] == "X" && e["pid"] == pid);
+    let times = |e: &Value| (e["ts"].as_f64().unwrap(), e["dur"].as_f64().unwrap());
+    let mut sorted: Vec<_> = spans.map(times).map(|(ts, dur)| (ts, ts + dur)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    sorted
+}
+
 #[test]
 fn a_trace_has_both_tracks() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,10 +281,15 @@ fn a_trace_has_both_tracks() {
     assert!(spans(1) >= 6, "CPU spans");
     assert!(spans(2) >= 4, "GPU spans");
     assert!(events.iter().any(|e| e["ph"] == "C"));
-    for span in events.iter().filter(|e| e["ph"] == "X") {
-        assert!(
-            span["ts"].as_f64().unwrap() >= 0.0 && span["dur"].as_f64().unwrap() >= 0.0,
-            "{span}"
-        );
+    for track in [1, 2] {
+        let mut open: Vec<f64> = Vec::new();
+        for (begin, end) in sorted_spans(events, track) {
+            assert!(begin >= 0.0 && end >= begin, "{begin} {end}");
+            open.retain(|&until| until > begin + 1e-3);
+            // A viewer draws spans below each other only where one holds the other.
+            let around = open.last().copied().unwrap_or(f64::INFINITY);
+            assert!(end <= around + 1e-3, "{begin} {end} {around}");
+            open.push(end);
+        }
     }
 }
