@@ -62,8 +62,13 @@ fn tube() -> Model {
 
 fn quiet(_: Progress) {}
 
+/// Equal bit for bit, wherever their caches are.
 fn same(a: &Rig, b: &Rig) {
-    assert_eq!(format!("{a:?}"), format!("{b:?}"));
+    let text = |rig: &Rig| {
+        let cache = None;
+        format!("{:?}", Rig { cache, ..rig.clone() })
+    };
+    assert!(text(a) == text(b), "the rigs differ");
 }
 
 /// All rows that later steps index with are in range and of one length.
