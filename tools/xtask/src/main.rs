@@ -59,8 +59,11 @@ fn run(arguments: &[String]) -> Result<()> {
 }
 
 /// Root of the workspace.
+///
+/// `cargo run` says where the package lies; a program built in a target folder that several checkouts share may not know.
 fn root() -> PathBuf {
-    let mut path = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let package = std::env::var_os("CARGO_MANIFEST_DIR");
+    let mut path = PathBuf::from(package.unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into()));
     path.pop();
     path.pop();
     path
