@@ -54,7 +54,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     });
     let pipelines: Vec<_> = passes
         .map(|pass| {
-            let pipeline = gpu.shared.pipeline(&pass.declaration)?;
+            let pipeline = gpu.shared.pipeline(&pass.declaration, pass.variant)?;
             check(&gpu, pass, &pipeline, &resources).map(|()| pipeline)
         })
         .collect::<Result<_>>()?;

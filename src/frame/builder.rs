@@ -130,6 +130,7 @@ pub(super) struct Pass {
     pub(super) declaration: Declaration,
     /// Resource by binding.
     pub(super) bound: Vec<Option<usize>>,
+    pub(super) variant: u32,
     pub(super) constants: Vec<u8>,
     pub(super) index_at: Option<usize>,
     pub(super) extent: Option<Extent>,
@@ -168,6 +169,7 @@ impl FrameBuilder {
         let pass = Pass {
             declaration: *declaration,
             bound: vec![None; declaration.bindings.len()],
+            variant: 0,
             constants: Vec::new(),
             index_at: None,
             extent: None,
@@ -273,6 +275,12 @@ impl PassBuilder<'_> {
     /// Sets the push constants; as many bytes as the pass declares.
     pub fn constants<T: bytemuck::NoUninit>(mut self, constants: &T) -> Self {
         self.work().constants = bytemuck::bytes_of(constants).to_vec();
+        self
+    }
+
+    /// Sets specialization constant 0 of the shader, 0 otherwise.
+    pub fn variant(mut self, variant: u32) -> Self {
+        self.work().variant = variant;
         self
     }
 

@@ -47,21 +47,25 @@ impl Access {
 }
 
 impl Shared {
-    /// The pipeline of a declaration, made on first use.
-    pub(crate) fn pipeline(&self, declaration: &Declaration) -> Result<Arc<Pipeline>> {
+    /// The pipeline of a declaration and a value of specialization constant 0, made on first use.
+    pub(crate) fn pipeline(
+        &self,
+        declaration: &Declaration,
+        variant: u32,
+    ) -> Result<Arc<Pipeline>> {
         let mut pipelines = lock(&self.pipelines);
-        if let Some(known) = pipelines.get(declaration.name) {
+        if let Some(known) = pipelines.get(&(declaration.name, variant)) {
             return match known.declaration.spirv == declaration.spirv {
                 true => Ok(known.clone()),
                 false => Err(refuse(declaration, "another shader has the same name")),
             };
         }
-        let pipeline = Arc::new(self.create_pipeline(declaration)?);
-        pipelines.insert(declaration.name, pipeline.clone());
+        let pipeline = Arc::new(self.create_pipeline(declaration, variant)?);
+        pipelines.insert((declaration.name, variant), pipeline.clone());
         Ok(pipeline)
     }
 
-    fn create_pipeline(&self, declaration: &Declaration) -> Result<Pipeline> {
+    fn create_pipeline(&self, declaration: &Declaration, variant: u32) -> Result<Pipeline> {
         let refused = |reason: String| refuse(declaration, reason);
         let words = spirv::words(declaration.spirv).map_err(refused)?;
         let reflection = spirv::reflect(&words).map_err(refused)?;
@@ -73,7 +77,7 @@ impl Shared {
         // SAFETY: what fails leaves nothing behind but the handles made before it, which nobody else has.
         let destroy_set = || unsafe { device.destroy_descriptor_set_layout(set_layout, None) };
         let layout = layout(device, declaration, set_layout).inspect_err(|_| destroy_set())?;
-        let raw = compute(device, name, &words, &entry, layout).inspect_err(|_| {
+        let raw = compute(device, name, &words, &entry, layout, variant).inspect_err(|_| {
             // SAFETY: as above.
             unsafe { device.destroy_pipeline_layout(layout, None) };
             destroy_set();
@@ -251,12 +255,20 @@ fn compute(
     words: &[u32],
     entry: &std::ffi::CStr,
     layout: vk::PipelineLayout,
+    variant: u32,
 ) -> Result<vk::Pipeline> {
     let info = vk::ShaderModuleCreateInfo::default().code(words);
     // SAFETY: the device is alive; the words come from the SPIR-V compiler and were embedded at build time.
     let module = unsafe { device.create_shader_module(&info, None) }
         .subject("vkCreateShaderModule", name)?;
+    // A shader without constant 0 ignores it.
+    let entries = [vk::SpecializationMapEntry::default().size(4)];
+    let value = variant.to_ne_bytes();
+    let special = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(&value);
     let stage = vk::PipelineShaderStageCreateInfo::default()
+        .specialization_info(&special)
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module)
         .name(entry);

@@ -123,14 +123,14 @@ fn constants_may_be_padded_to_sixteen_and_no_further() {
 #[test]
 fn pipelines_are_made_once_and_names_are_unique() {
     let Some(gpu) = testing::gpu() else { return };
-    let first = gpu.shared.pipeline(&ADD).unwrap();
-    let second = gpu.shared.pipeline(&ADD).unwrap();
+    let first = gpu.shared.pipeline(&ADD, 0).unwrap();
+    let second = gpu.shared.pipeline(&ADD, 0).unwrap();
     assert!(Arc::ptr_eq(&first, &second));
     let other = Declaration {
         spirv: include_bytes!("testdata/double.spv"),
         ..ADD
     };
-    let error = gpu.shared.pipeline(&other).err().unwrap().to_string();
+    let error = gpu.shared.pipeline(&other, 0).err().unwrap().to_string();
     assert!(
         error.contains("add") && error.contains("same name"),
         "{error}"

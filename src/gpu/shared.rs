@@ -34,7 +34,7 @@ pub(crate) struct Shared {
     pub(crate) memory: Memory,
     pub(crate) queue: Queue,
     pub(crate) sampler: vk::Sampler,
-    pub(crate) pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
+    pub(crate) pipelines: Mutex<HashMap<(&'static str, u32), Arc<Pipeline>>>,
     graveyard: Mutex<Vec<(u64, Grave)>>,
     /// Last, so that it outlives the device.
     pub(crate) instance: Instance,
