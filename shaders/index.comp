@@ -1,9 +1,9 @@
 // Index of the posed field boxes: for every cell of a 32³ grid a bit mask of the fields whose box meets it.
-// A workgroup of 4³ cells first culls the fields against itself, then each cell tests the survivors.
+// Each workgroup enters one field (x) into a share (y) of the cells around its box.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/types.glsl"
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform Fields {
     vec4 grid_origin; // w: words of a cell
@@ -11,11 +11,9 @@ layout(set = 0, binding = 0) uniform Fields {
     vec4 box_scale;
     FieldPose field[MAX_FIELDS];
 } fields;
-layout(set = 0, binding = 1, std430) writeonly buffer Index { uint index[]; };
+layout(set = 0, binding = 1, std430) buffer Index { uint index[]; };
 
-const uint WORDS = (MAX_FIELDS + 31u) / 32u;
 const float MARGIN = 1e-4; // of a box: rounding must not lose a field
-shared uint survivors[WORDS];
 
 // The parallelepiped that the axis-aligned box (centre, half) becomes in box coordinates meets [0,1]³:
 // tested by its extent along the three box axes, so a near miss may pass.
@@ -27,32 +25,20 @@ bool meets(uint i, vec3 centre, vec3 half_size) {
 }
 
 void main() {
-    uint lane = gl_LocalInvocationIndex;
-    if (lane < WORDS) {
-        survivors[lane] = 0u;
-    }
-    barrier();
+    uint i = gl_WorkGroupID.x;
+    uint words = uint(index.length()) / uint(CELLS * CELLS * CELLS);
+    uvec3 first = unpack(fields.field[i].first_cell);
+    uvec3 size = unpack(fields.field[i].last_cell) - first + 1u;
     vec3 cell = 1.0 / fields.grid_inverse.xyz;
-    vec3 group = fields.grid_origin.xyz + (vec3(gl_WorkGroupID) * 4.0 + 2.0) * cell;
-    uint count = uint(fields.grid_inverse.w);
-    for (uint i = lane; i < count; i += 64u) {
-        if (meets(i, group, 2.0 * cell)) {
-            atomicOr(survivors[i >> 5], 1u << (i & 31u));
+    uint count = float(i) < fields.grid_inverse.w ? size.x * size.y * size.z : 0u;
+    uint k = gl_WorkGroupID.y * 64u + gl_LocalInvocationIndex;
+    do {
+        uvec3 id = first + uvec3(k % size.x, k / size.x % size.y, k / (size.x * size.y));
+        vec3 centre = fields.grid_origin.xyz + (vec3(id) + 0.5) * cell;
+        if (k < count && meets(i, centre, 0.5 * cell)) {
+            uint at = ((id.z * uint(CELLS) + id.y) * uint(CELLS) + id.x) * words + (i >> 5);
+            atomicOr(index[at], 1u << (i & 31u)); // bits of one word in any order
         }
-    }
-    barrier();
-    vec3 centre = fields.grid_origin.xyz + (vec3(gl_GlobalInvocationID) + 0.5) * cell;
-    uint words = uint(fields.grid_origin.w);
-    uint at = ((gl_GlobalInvocationID.z * uint(CELLS) + gl_GlobalInvocationID.y) * uint(CELLS) + gl_GlobalInvocationID.x) * words;
-    for (uint word = 0u; word < words; word++) {
-        uint bits = survivors[word], kept = 0u;
-        while (bits != 0u) {
-            uint bit = uint(findLSB(bits));
-            bits &= bits - 1u;
-            if (meets(word * 32u + bit, centre, 0.5 * cell)) {
-                kept |= 1u << bit;
-            }
-        }
-        index[at + word] = kept;
-    }
+        k += gl_NumWorkGroups.y * 64u;
+    } while (k < count);
 }

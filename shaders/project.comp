@@ -1,6 +1,6 @@
 // Projection of live vertices onto their iso-values by clamped Newton steps (Eq. 4 with its sign put right).
 // A vertex stops in contact where the gradient turns (section 5) or where the distance to the iso-value grows (a pit);
-// the step that got it there is discarded. Each workgroup counts its survivors for the compaction that follows.
+// the last accepted point stays its anchor. Each workgroup counts its survivors for the compaction that follows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 11
@@ -21,6 +21,7 @@ layout(set = 0, binding = 10, std430) writeonly buffer GroupCounts { uint group_
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
     uint steps; // Newton steps of this call
+    uint evaluations; // of the field; the one after the last step is the next call's first, if there is one
     uint flags; // FRESH, LAST, HOLD
     float sigma; // step size
     float tolerance; // |f − iso| that counts as settled
@@ -29,7 +30,7 @@ layout(push_constant) uniform Constants {
 
 const uint FRESH = 1u; // no anchor from an earlier call
 const uint LAST = 2u; // survivors have hit the iteration limit
-const uint HOLD = 4u; // vertices in contact stay where they are and are only measured
+const uint HOLD = 4u; // vertices in contact stay where they are and are only measured; new ones stay at their anchor
 
 const float STEP = 0.1; // longest step over the part's radius
 const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
@@ -57,38 +58,39 @@ void main() {
         vec3 x = start[v].xyz, home = geometric[v].xyz;
         vec4 last = anchor[v], slope = gradient[v];
         bool known = (constants.flags & FRESH) == 0u;
-        bool held = (constants.flags & HOLD) != 0u && state_of(word) == CONTACT;
+        bool hold = (constants.flags & HOLD) != 0u;
+        bool held = hold && state_of(word) == CONTACT;
         float allowed = known ? RELAXED_PIT : PIT;
-        // The evaluation after the last step is the next call's first, unless there is none.
-        uint rounds = constants.steps + ((constants.flags & LAST) != 0u ? 1u : 0u);
-        uint state = LIVE;
-        for (uint s = 0u; s < rounds && state == LIVE; s++) {
+        uint state = LIVE, s = 0u;
+        do {
             vec4 sampled = evaluate(x);
             evaluations++;
             vec3 g = sampled.yzw;
             float off = abs(sampled.x - iso), steep = length(g);
-            if (known && (dot(g, slope.xyz) < constants.cos_contact * steep * length(slope.xyz) || off > last.w + allowed)) {
+            bool turned = dot(g, slope.xyz) < constants.cos_contact * steep * length(slope.xyz);
+            if (known && (turned || off > last.w + allowed)) {
                 state = CONTACT;
-                x = last.xyz;
-                break;
-            }
-            last = vec4(x, off);
-            slope = vec4(g, sampled.x);
-            known = true;
-            allowed = PIT;
-            if (held) {
-                state = CONTACT;
-            } else if (off < constants.tolerance) {
-                state = ON_ISO;
-            } else if (steep * radius < FLAT) {
-                state = OUTSIDE;
-            } else if (s < constants.steps) {
-                x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
-                x = home + shorten(x - home, radius);
+                x = hold ? last.xyz : x;
             } else {
-                state = LIMIT;
+                last = vec4(x, off);
+                slope = vec4(g, sampled.x);
+                known = true;
+                allowed = PIT;
+                if (held) {
+                    state = CONTACT;
+                } else if (off < constants.tolerance) {
+                    state = ON_ISO;
+                } else if (steep * radius < FLAT) {
+                    state = OUTSIDE;
+                } else if (s < constants.steps) {
+                    x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
+                    x = home + shorten(x - home, radius);
+                } else {
+                    state = LIMIT;
+                }
             }
-        }
+            s++;
+        } while (s < constants.evaluations && state == LIVE);
         position[v] = vec4(x, slope.w);
         anchor[v] = last;
         gradient[v] = slope;

@@ -18,12 +18,17 @@ struct JointPose {
     vec4 stretch1; // yy yz zz; of joint 0, w: any joint is not rigid
 };
 
-// A posed field: model space → box coordinates, its tile in the atlas and its link in the composition.
+// A posed field: model space → box coordinates, its tile in the atlas, its link in the composition, its index cells.
 struct FieldPose {
     vec4 row0, row1, row2;
-    vec3 tile; // texture coordinates of box coordinate (0,0,0)
+    uint tile; // x | y << 8 | z << 16
     uint link; // parent field | operator volume << 16 | opening << 24
+    uint first_cell, last_cell; // x | y << 8 | z << 16
 };
+
+uvec3 unpack(uint word) {
+    return uvec3(word, word >> 8, word >> 16) & 0xffu;
+}
 
 const uint NO_FIELD = 0xffffu;
 const uint UNION = 0u;

@@ -97,6 +97,7 @@ impl Store {
                 bind,
                 constants,
                 extent,
+                ..
             } => {
                 if let Extent::Indirect(row) = extent
                     && self.read::<Dispatch>(Resource::Dispatches)[*row as usize].groups[0] == 0

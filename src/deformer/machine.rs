@@ -225,6 +225,7 @@ impl GpuResources {
             Step::Dispatch {
                 pass,
                 bind,
+                variant,
                 constants,
                 extent,
             } => {
@@ -238,7 +239,7 @@ impl GpuResources {
                         _ => call.bind(binding.name, self.buffer(resource)),
                     };
                 }
-                let call = call.constant_bytes(constants);
+                let call = call.constant_bytes(constants).variant(*variant);
                 _ = match *extent {
                     Extent::Items(count) => call.items(count),
                     Extent::Groups(groups) => call.groups(groups),

@@ -44,9 +44,9 @@ pub struct Skin {
     pub positions: Vec<Vec3>,
     /// Unit normals.
     pub normals: Vec<Vec3>,
-    /// Composed field at the vertex; 0 for geometric methods.
+    /// Composed field at the vertex; 0 for geometric methods and vertices.
     pub field: Vec<f32>,
-    /// Iso-value of the vertex; 0 for geometric methods.
+    /// Iso-value of the vertex; 0 for geometric methods and vertices.
     pub iso: Vec<f32>,
     /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit.
     pub state: Vec<u8>,
@@ -136,13 +136,22 @@ impl Deformer {
                 .map(|n| Vec3::from_slice(n))
                 .collect(),
             field: positions[..rows.len()].iter().map(|p| p[3]).collect(),
-            iso: rows.iter().map(|r| iso[of(r)]).collect(),
+            iso: rows
+                .iter()
+                .map(|r| self.followed_iso(of(r), &status, &iso))
+                .collect(),
             state: rows
                 .iter()
                 .map(|r| self.reported_state(implicit, of(r), &status, &iso))
                 .collect(),
             bone: rows.iter().map(|r| self.rig.part[of(r)]).collect(),
         })
+    }
+
+    /// A vertex that follows no field has no iso-value either.
+    fn followed_iso(&self, v: usize, status: &[u32], iso: &[f32]) -> f32 {
+        let untouched = state::of(status[v]) == state::UNTOUCHED;
+        if untouched { 0.0 } else { iso[v] }
     }
 
     /// Vertices that no field reaches at rest are outside; the frame never lists them.

@@ -3,11 +3,7 @@
 use bytemuck::{Pod, bytes_of};
 
 use super::{Method, Resource, Settings};
-use crate::{
-    gpu::Declaration,
-    layout::{CELLS, state},
-    pass, twin,
-};
+use crate::{gpu::Declaration, layout::state, pass, twin};
 
 /// A pass: its declaration for the GPU and its twin for the CPU.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +43,8 @@ pub enum Step {
         pass: Pass,
         /// A resource a binding.
         bind: Vec<Resource>,
+        /// Specialization constant 0.
+        variant: u32,
         /// Push constants.
         constants: Vec<u8>,
         /// How often.
@@ -69,6 +67,8 @@ pub struct Sizes {
     pub width: u32,
     /// Fields.
     pub fields: u32,
+    /// Operators other than the union.
+    pub operators: u32,
 }
 
 /// Rows of [`Resource::Dispatches`]: the seeds, a row a round, contacts, the region around them.
@@ -91,15 +91,9 @@ pub(super) fn measure_iso(sizes: &Sizes) -> Vec<Step> {
         vertices: sizes.vertices,
     };
     let bind = with_field(&[Resource::Positions, Resource::IsoValues]);
-    vec![
-        index(),
-        dispatch(
-            pass!(measure),
-            &bind,
-            &constants,
-            Extent::Items(sizes.vertices),
-        ),
-    ]
+    let extent = Extent::Items(sizes.vertices);
+    let measure = dispatch(pass!(measure), &bind, &constants, extent);
+    [&index(sizes)[..], &[composed(measure, sizes)]].concat()
 }
 
 fn implicit(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
@@ -108,11 +102,11 @@ fn implicit(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
         Step::Clear(Resource::Region),
         Step::Copy(Resource::SeedDispatches, Resource::Dispatches),
         skin_welded(sizes),
-        index(),
         Step::Copy(Resource::Geometric, Resource::Positions),
     ];
-    march(&mut steps, settings);
-    smooth_contacts(&mut steps, settings);
+    steps.extend(index(sizes));
+    march(&mut steps, sizes, settings);
+    smooth_contacts(&mut steps, sizes, settings);
     let constants = pass::normals::Constants {
         vertices: sizes.vertices,
     };
@@ -133,7 +127,7 @@ fn implicit(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
 }
 
 /// Rounds of projection, compaction of the live vertices and relaxation (section 5).
-fn march(steps: &mut Vec<Step>, settings: &Settings) {
+fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
     let lists = [Resource::LiveA, Resource::LiveB];
     let mut from = Resource::SeedList;
     for round in 0..settings.rounds {
@@ -145,14 +139,8 @@ fn march(steps: &mut Vec<Step>, settings: &Settings) {
         let last = round + 1 == settings.rounds;
         let fresh = if round == 0 { pass::project::FRESH } else { 0 };
         let limit = if last { pass::project::LAST } else { 0 };
-        steps.push(project(
-            settings,
-            from,
-            round,
-            start,
-            settings.steps,
-            fresh | limit,
-        ));
+        let projection = project(settings, from, round, start, settings.steps, fresh | limit);
+        steps.push(composed(projection, sizes));
         if !last {
             let to = lists[round as usize % 2];
             steps.push(compact(
@@ -170,7 +158,7 @@ fn march(steps: &mut Vec<Step>, settings: &Settings) {
 }
 
 /// β by diffusion from the contacts, Laplacian smoothing (Eq. 7), and back onto the iso-values.
-fn smooth_contacts(steps: &mut Vec<Step>, settings: &Settings) {
+fn smooth_contacts(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
     let (contacts, region) = (settings.rounds + 1, settings.rounds + 2);
     let (seeds, list) = (Resource::SeedList, Resource::RegionList);
     steps.push(count(seeds, 0, Resource::Status, state::CONTACT));
@@ -182,6 +170,7 @@ fn smooth_contacts(steps: &mut Vec<Step>, settings: &Settings) {
         contacts,
         state::CONTACT,
     ));
+    steps.push(composed(touch(settings, contacts), sizes));
     steps.push(mark(contacts));
     steps.push(count(seeds, 0, Resource::Region, 1));
     steps.push(compact(seeds, 0, Resource::Region, list, region, 1));
@@ -196,14 +185,16 @@ fn smooth_contacts(steps: &mut Vec<Step>, settings: &Settings) {
         steps.push(smooth(region, beta, ends[k % 2], ends[(k + 1) % 2]));
     }
     let flags = pass::project::FRESH | pass::project::LAST | pass::project::HOLD;
-    steps.push(project(
+    let start = Resource::Relaxed;
+    let projection = project(
         settings,
         list,
         region,
-        Resource::Relaxed,
+        start,
         settings.settling_steps,
         flags,
-    ));
+    );
+    steps.push(composed(projection, sizes));
 }
 
 fn dispatch(pass: Pass, bind: &[Resource], constants: &impl Pod, extent: Extent) -> Step {
@@ -216,9 +207,18 @@ fn dispatch(pass: Pass, bind: &[Resource], constants: &impl Pod, extent: Extent)
     Step::Dispatch {
         pass,
         bind: bind.to_vec(),
+        variant: 0,
         constants: bytes_of(constants).to_vec(),
         extent,
     }
+}
+
+/// The variant of a step that evaluates the composed field: 0 where every joint is a union.
+fn composed(mut step: Step, sizes: &Sizes) -> Step {
+    if let Step::Dispatch { variant, .. } = &mut step {
+        *variant = u32::from(sizes.operators > 0);
+    }
+    step
 }
 
 /// `bind`, and the five bindings of the composed field.
@@ -233,15 +233,20 @@ fn with_field(bind: &[Resource]) -> Vec<Resource> {
     [bind, &field].concat()
 }
 
-fn index() -> Step {
-    let groups = [CELLS / 4; 3];
-    Step::Dispatch {
+/// Clears the index and enters every field: a workgroup row a field, [`SLICES`] workgroups each.
+fn index(sizes: &Sizes) -> [Step; 2] {
+    let enter = Step::Dispatch {
         pass: pass!(index),
         bind: vec![Resource::Fields, Resource::Index],
+        variant: 0,
         constants: Vec::new(),
-        extent: Extent::Groups(groups),
-    }
+        extent: Extent::Groups([sizes.fields.max(1), SLICES, 1]),
+    };
+    [Step::Clear(Resource::Index), enter]
 }
+
+/// Workgroups that share one field's cells.
+const SLICES: u32 = 4;
 
 const INFLUENCES: [Resource; 4] = [
     Resource::Vertices,
@@ -309,6 +314,7 @@ fn project(
     let constants = pass::project::Constants {
         dispatch: head,
         steps,
+        evaluations: steps + u32::from(flags & pass::project::LAST != 0),
         flags,
         sigma: settings.sigma,
         tolerance: settings.tolerance,
@@ -328,6 +334,22 @@ fn project(
         Resource::GroupCounts,
     ]);
     dispatch(pass!(project), &bind, &constants, Extent::Indirect(head))
+}
+
+fn touch(settings: &Settings, head: u32) -> Step {
+    let constants = pass::touch::Constants {
+        dispatch: head,
+        cos_contact: settings.contact_degrees.to_radians().cos(),
+    };
+    let bind = with_field(&[
+        Resource::ContactList,
+        Resource::Dispatches,
+        Resource::Anchors,
+        Resource::Gradients,
+        Resource::IsoValues,
+        Resource::Positions,
+    ]);
+    dispatch(pass!(touch), &bind, &constants, Extent::Indirect(head))
 }
 
 fn count(list: Resource, head: u32, flags: Resource, wanted: u32) -> Step {

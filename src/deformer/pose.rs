@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use super::statics::Statics;
 use crate::{
     field::{AtlasLayout, GRID},
-    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose},
+    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose, pack},
     rig::{Pose, Rig},
 };
 
@@ -49,43 +49,64 @@ impl PoseUpload {
 
     fn set_fields(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
         let texels = Vec3::from(layout.extent().map(|e| e as f32));
-        let (mut low, mut high, mut scale) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0);
+        let fields = rig.fields.len();
+        let posed = rig
+            .fields
+            .iter()
+            .map(|f| pose.matrices[f.joint as usize] * f.bounds.to_rest());
+        let (low, high) = posed
+            .clone()
+            .map(|m| extent(&m))
+            .reduce(join)
+            .unwrap_or((Vec3::ZERO, Vec3::ONE));
+        let inverse = CELLS as f32 / (high - low).max(Vec3::splat(1e-6));
         let head = size_of::<FieldsHead>();
-        for (i, field) in rig.fields.iter().enumerate() {
-            let matrix = pose.matrices[field.joint as usize];
-            let to_model = matrix * field.bounds.to_rest();
-            for corner in 0..8 {
-                let unit = Vec3::new(
-                    (corner & 1) as f32,
-                    (corner >> 1 & 1) as f32,
-                    (corner >> 2) as f32,
-                );
-                let p = to_model.transform_point3(unit);
-                (low, high) = (low.min(p), high.max(p));
-            }
-            scale += matrix.determinant().abs().cbrt() / rig.fields.len() as f32;
-            let origin = layout.tile(i as u32).map(|t| (t * GRID) as f32 + 0.5);
-            let posed = FieldPose {
+        for (i, to_model) in posed.enumerate() {
+            let (first, last) = extent(&to_model);
+            let cell = |p: Vec3| {
+                ((p - low) * inverse)
+                    .clamp(Vec3::ZERO, Vec3::splat(CELLS as f32 - 1.0))
+                    .as_uvec3()
+            };
+            let field = FieldPose {
                 rows: rows(&to_model.inverse()),
-                tile: (Vec3::from(origin) / texels).to_array(),
+                tile: pack(layout.tile(i as u32)),
                 link: statics.links[i],
+                first_cell: pack(cell(first).to_array()),
+                last_cell: pack(cell(last).to_array()),
             };
             let at = head + i * size_of::<FieldPose>();
-            self.fields[at..at + size_of::<FieldPose>()].copy_from_slice(bytes_of(&posed));
+            self.fields[at..at + size_of::<FieldPose>()].copy_from_slice(bytes_of(&field));
         }
-        if rig.fields.is_empty() {
-            (low, high, scale) = (Vec3::ZERO, Vec3::ONE, 1.0);
-        }
-        let size = (high - low).max(Vec3::splat(1e-6));
-        let inverse = CELLS as f32 / size;
+        let scales = rig
+            .fields
+            .iter()
+            .map(|f| pose.matrices[f.joint as usize].determinant().abs().cbrt());
+        let scale = if fields == 0 {
+            1.0
+        } else {
+            scales.sum::<f32>() / fields as f32
+        };
         let box_scale = Vec3::splat((GRID - 1) as f32) / texels;
         let content = FieldsHead {
             grid_origin: low.extend(statics.cell_words() as f32).to_array(),
-            grid_inverse: inverse.extend(rig.fields.len() as f32).to_array(),
+            grid_inverse: inverse.extend(fields as f32).to_array(),
             box_scale: box_scale.extend(scale).to_array(),
         };
         self.fields[..head].copy_from_slice(bytes_of(&content));
     }
+}
+
+/// Bounds of the unit cube carried by `m`, a little wider than rounding.
+fn extent(m: &Mat4) -> (Vec3, Vec3) {
+    let centre = m.transform_point3(Vec3::splat(0.5));
+    let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate().abs());
+    let half = 0.5001 * (columns[0] + columns[1] + columns[2]);
+    (centre - half, centre + half)
+}
+
+fn join(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
 fn rows(m: &Mat4) -> [[f32; 4]; 3] {

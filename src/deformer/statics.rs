@@ -45,6 +45,7 @@ impl Statics {
                 rows: rig.rows.vertex.len() as u32,
                 width: rig.weights.width as u32,
                 fields: rig.fields.len() as u32,
+                operators: 0,
             },
             joints: rig.skeleton.joints.len(),
             ..Self::default()
@@ -52,13 +53,14 @@ impl Statics {
         s.mesh(rig);
         s.influences(rig);
         s.composition(rig)?;
+        s.sizes.operators = s.operators.len() as u32;
         s.transients(settings);
         Ok(s)
     }
 
-    /// Words of an index cell.
+    /// Words of an index cell; shaders read them in pairs.
     pub(super) fn cell_words(&self) -> u32 {
-        self.sizes.fields.div_ceil(32).max(1)
+        2 * self.sizes.fields.div_ceil(64).max(1)
     }
 
     /// The list of vertices to project: in reach of a field and not bound to geometric skinning.

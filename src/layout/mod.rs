@@ -83,22 +83,36 @@ pub struct JointPose {
 pub struct FieldPose {
     /// Rows of model space → box coordinates.
     pub rows: [[f32; 4]; 3],
-    /// Texture coordinates of box coordinate (0,0,0).
-    pub tile: [f32; 3],
+    /// Its tile in the atlas: x | y << 8 | z << 16.
+    pub tile: u32,
     /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24.
     pub link: u32,
+    /// First index cell that its box may meet: x | y << 8 | z << 16.
+    pub first_cell: u32,
+    /// Last index cell that its box may meet.
+    pub last_cell: u32,
 }
 
 /// Head of the uniform block of posed fields; [`FieldPose`]s follow.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct FieldsHead {
-    /// Corner of the index in model space; w: words of a cell.
+    /// Corner of the index in model space; w: words of a cell, an even number.
     pub grid_origin: [f32; 4],
     /// Cells a model unit; w: number of fields.
     pub grid_inverse: [f32; 4],
     /// Texture coordinates a box coordinate; w: model units a rest unit.
     pub box_scale: [f32; 4],
+}
+
+/// Three numbers below 256 in a word.
+pub fn pack(xyz: [u32; 3]) -> u32 {
+    xyz[0] | xyz[1] << 8 | xyz[2] << 16
+}
+
+/// The three numbers of [`pack`].
+pub fn unpack(word: u32) -> [u32; 3] {
+    [word & 0xff, word >> 8 & 0xff, word >> 16 & 0xff]
 }
 
 /// Bytes of the uniform block of posed fields.

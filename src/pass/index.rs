@@ -16,9 +16,9 @@ pub const DECLARATION: Declaration = Declaration {
         },
         Binding {
             name: "index",
-            access: Access::Write,
+            access: Access::ReadWrite,
         },
     ],
     constants: 0,
-    local_size: [4, 4, 4],
+    local_size: [64, 1, 1],
 };

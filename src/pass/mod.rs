@@ -16,3 +16,4 @@ pub mod scatter;
 pub mod skin_dqs;
 pub mod skin_lbs;
 pub mod smooth;
+pub mod touch;

@@ -85,7 +85,7 @@ pub const DECLARATION: Declaration = Declaration {
 pub const FRESH: u32 = 1;
 /// Survivors have hit the iteration limit.
 pub const LAST: u32 = 2;
-/// Vertices in contact stay where they are and are only measured.
+/// Vertices in contact stay where they are and are only measured; new ones stay at their anchor.
 pub const HOLD: u32 = 4;
 
 /// Push constants.
@@ -96,6 +96,8 @@ pub struct Constants {
     pub dispatch: u32,
     /// Newton steps of this call.
     pub steps: u32,
+    /// Evaluations of the field in this call: one more than steps in the last call.
+    pub evaluations: u32,
     /// [`FRESH`], [`LAST`], [`HOLD`].
     pub flags: u32,
     /// Step size σ.

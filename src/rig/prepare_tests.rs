@@ -66,7 +66,13 @@ fn quiet(_: Progress) {}
 fn same(a: &Rig, b: &Rig) {
     let text = |rig: &Rig| {
         let cache = None;
-        format!("{:?}", Rig { cache, ..rig.clone() })
+        format!(
+            "{:?}",
+            Rig {
+                cache,
+                ..rig.clone()
+            }
+        )
     };
     assert!(text(a) == text(b), "the rigs differ");
 }

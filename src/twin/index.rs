@@ -1,14 +1,13 @@
-//! Twin of `shaders/index.comp`. The shader first culls a workgroup's 4³ cells at once; here each cell tests every field.
+//! Twin of `shaders/index.comp`.
 
 use glam::{UVec3, Vec3, Vec4};
-use rayon::prelude::*;
 
 use super::{Args, cast};
-use crate::layout::{CELLS, FieldPose, FieldsHead};
+use crate::layout::{CELLS, FieldPose, FieldsHead, unpack};
 
 const MARGIN: f32 = 1e-4;
 
-/// Builds the index.
+/// Enters every field into the cells that its box meets.
 pub fn run(args: &mut Args<'_>) {
     let words = args.read::<u32>(0);
     let index = args.write::<u32>(1);
@@ -18,22 +17,25 @@ pub fn run(args: &mut Args<'_>) {
     let origin = Vec3::from_slice(&head.grid_origin);
     let cell = 1.0 / Vec3::from_slice(&head.grid_inverse);
     let per_cell = head.grid_origin[3] as usize;
-    let cells = (CELLS * CELLS * CELLS) as usize;
-    index[..cells * per_cell]
-        .par_chunks_mut(per_cell)
-        .enumerate()
-        .for_each(|(at, mask)| {
-            let at = at as u32;
-            let id = UVec3::new(at % CELLS, at / CELLS % CELLS, at / (CELLS * CELLS));
-            let group = origin + ((id / 4).as_vec3() * 4.0 + 2.0) * cell;
-            let centre = origin + (id.as_vec3() + 0.5) * cell;
-            mask.fill(0);
-            for (i, field) in fields.iter().enumerate() {
-                if meets(field, group, 2.0 * cell) && meets(field, centre, 0.5 * cell) {
-                    mask[i >> 5] |= 1 << (i & 31);
-                }
+    for (i, field) in fields.iter().enumerate() {
+        let (first, last) = (unpack(field.first_cell), unpack(field.last_cell));
+        for id in cells(first, last) {
+            if meets(field, origin + (id.as_vec3() + 0.5) * cell, 0.5 * cell) {
+                let at = ((id.z * CELLS + id.y) * CELLS + id.x) as usize;
+                index[at * per_cell + (i >> 5)] |= 1 << (i & 31);
             }
-        });
+        }
+    }
+}
+
+/// All cells of a box of cells, both corners included.
+fn cells(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = UVec3> {
+    let [x, y, z] = [0, 1, 2].map(|k| first[k]..=last[k]);
+    z.flat_map(move |z| {
+        let x = x.clone();
+        y.clone()
+            .flat_map(move |y| x.clone().map(move |x| UVec3::new(x, y, z)))
+    })
 }
 
 /// The axis-aligned box (centre, half) meets the field's box, tested along the field's axes.

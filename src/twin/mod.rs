@@ -17,6 +17,7 @@ pub mod shared;
 pub mod skin_dqs;
 pub mod skin_lbs;
 pub mod smooth;
+pub mod touch;
 
 mod args;
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     layout::{Vertex, state},
-    pass::project::{Constants, FRESH, HOLD, LAST},
+    pass::project::{Constants, FRESH, HOLD},
 };
 
 const STEP: f32 = 0.1;
@@ -87,11 +87,11 @@ fn march(
     let mut evaluations = state::evaluations(m.status);
     let mut fetches = state::fetches(m.status);
     let mut known = c.flags & FRESH == 0;
-    let held = c.flags & HOLD != 0 && state::of(m.status) == state::CONTACT;
+    let hold = c.flags & HOLD != 0;
+    let held = hold && state::of(m.status) == state::CONTACT;
     let mut allowed = if known { RELAXED_PIT } else { PIT };
-    let rounds = c.steps + u32::from(c.flags & LAST != 0);
     let mut now = state::LIVE;
-    for s in 0..rounds {
+    for s in 0..c.evaluations {
         let (f, g) = field.evaluate(m.x, &mut fetches);
         evaluations += 1;
         let off = (f - iso).abs();
@@ -100,7 +100,7 @@ fn march(
         let turned = g.dot(before) < c.cos_contact * steep * before.length();
         if known && (turned || off > m.anchor.w + allowed) {
             now = state::CONTACT;
-            m.x = m.anchor.truncate();
+            m.x = if hold { m.anchor.truncate() } else { m.x };
             break;
         }
         m.anchor = m.x.extend(off);

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::{
-    layout::{CELLS, FieldPose, FieldsHead, OPENING_ROWS},
+    layout::{CELLS, FieldPose, FieldsHead, OPENING_ROWS, unpack},
     twin::{Args, Image, cast},
 };
 
@@ -92,14 +92,14 @@ impl<'a> Composite<'a> {
         let pose = &self.fields[i];
         let rows = pose.rows.map(Vec4::from_array);
         let at = Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w));
-        if at.cmplt(Vec3::ZERO).any() || at.cmpgt(Vec3::ONE).any() {
+        if at != at.clamp(Vec3::ZERO, Vec3::ONE) {
             return Vec4::ZERO;
         }
         *fetches += 1;
+        // Texel i of a tile of 32 lies at box coordinate i / 31.
+        let tile = (Vec3::from(unpack(pose.tile).map(|t| t as f32)) * 32.0 + 0.5) / 31.0;
         let scale = Vec3::from_slice(&self.head.box_scale);
-        let t = self
-            .atlas
-            .sample((Vec3::from_array(pose.tile) + at * scale).to_array());
+        let t = self.atlas.sample(((tile + at) * scale).to_array());
         let g = t[1] * rows[0].truncate() + t[2] * rows[1].truncate() + t[3] * rows[2].truncate();
         Vec4::new(t[0], g.x, g.y, g.z)
     }

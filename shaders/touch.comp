@@ -1,0 +1,45 @@
+// Moves each contact vertex close to the discontinuity that its last step crossed, by bisection between its anchor and
+// where it stopped, and leaves it on the anchor's side.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 6
+#include "shared/field.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, std430) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Dispatches { Dispatch dispatches[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Anchors { vec4 anchor[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Gradients { vec4 gradient[]; };
+layout(set = 0, binding = 4, std430) readonly buffer IsoValues { float iso_value[]; };
+layout(set = 0, binding = 5, std430) buffer Positions { vec4 position[]; };
+layout(push_constant) uniform Constants {
+    uint dispatch; // row of the list's head
+    float cos_contact; // cosine of the angle that counts as a discontinuity
+} constants;
+
+const uint HALVINGS = 4u; // of a step of a tenth of the radius
+
+void main() {
+    if (gl_GlobalInvocationID.x >= dispatches[constants.dispatch].count) {
+        return;
+    }
+    uint v = list[gl_GlobalInvocationID.x];
+    vec4 slope = gradient[v];
+    vec3 near = anchor[v].xyz, far = position[v].xyz;
+    float off = anchor[v].w, field = slope.w;
+    for (uint k = 0u; k < HALVINGS; k++) {
+        vec3 middle = 0.5 * (near + far);
+        vec4 sampled = evaluate(middle);
+        vec3 g = sampled.yzw;
+        bool turned = dot(g, slope.xyz) < constants.cos_contact * length(g) * length(slope.xyz);
+        float distance = abs(sampled.x - iso_value[v]);
+        if (turned || distance > off) {
+            far = middle;
+        } else {
+            near = middle;
+            off = distance;
+            field = sampled.x;
+        }
+    }
+    position[v] = vec4(near, field);
+}

@@ -1,0 +1,72 @@
+//! Bisection of contact vertices to the discontinuity that stopped them (implicit skinning 2013, section 5).
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Access, Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "touch",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/touch.spv"
+    )),
+    bindings: &[
+        Binding {
+            name: "list",
+            access: Access::Read,
+        },
+        Binding {
+            name: "dispatches",
+            access: Access::Read,
+        },
+        Binding {
+            name: "anchors",
+            access: Access::Read,
+        },
+        Binding {
+            name: "gradients",
+            access: Access::Read,
+        },
+        Binding {
+            name: "iso_values",
+            access: Access::Read,
+        },
+        Binding {
+            name: "positions",
+            access: Access::ReadWrite,
+        },
+        Binding {
+            name: "fields",
+            access: Access::Uniform,
+        },
+        Binding {
+            name: "index",
+            access: Access::Read,
+        },
+        Binding {
+            name: "atlas",
+            access: Access::Sampled,
+        },
+        Binding {
+            name: "operators",
+            access: Access::Sampled,
+        },
+        Binding {
+            name: "opening",
+            access: Access::Read,
+        },
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Row of the list's head.
+    pub dispatch: u32,
+    /// Cosine of the gradients' angle that counts as a discontinuity.
+    pub cos_contact: f32,
+}
