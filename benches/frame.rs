@@ -9,7 +9,7 @@ use std::{collections::BTreeMap, error::Error, path::PathBuf, sync::Arc};
 use dermis::{
     asset,
     deformer::{Deformer, Device, Method, Settings},
-    gpu::{Gpu, GpuOptions},
+    gpu::{Gpu, GpuOptions, Profile},
     report::FrameTimings,
     rig::{self, Pose, Rig},
 };
@@ -24,7 +24,7 @@ type Times = BTreeMap<(usize, String), Vec<u64>>;
 fn main() -> Result<(), Box<dyn Error>> {
     let (frames, files) = arguments();
     let gpu = Gpu::new(&GpuOptions {
-        profile: true,
+        profile: Profile::Full,
         ..GpuOptions::default()
     })?;
     let device = gpu.report();

@@ -26,7 +26,7 @@ pub(super) fn gpu() -> Option<Gpu> {
         device: DeviceSelector::Auto,
         validation: true,
         budget: None,
-        profile: false,
+        profile: crate::gpu::Profile::Off,
     };
     Some(Gpu::new(&options).expect("a Vulkan device"))
 }

@@ -8,6 +8,7 @@ use super::{
     Frame, FrameBuilder, SlotState,
     builder::{Extent, Pass, Resource, Step, Work},
     hazard::{Hazards, Uses},
+    profile::Turns,
 };
 use crate::{
     Error, Result,
@@ -17,6 +18,8 @@ use crate::{
 /// A step ready to be recorded.
 pub(super) struct Built {
     pub(super) name: String,
+    /// Number of the name, in order of first appearance.
+    pub(super) name_row: u32,
     pub(super) label: CString,
     pub(super) command: Command,
     pub(super) uses: Vec<(usize, Uses)>,
@@ -60,7 +63,8 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         .collect::<Result<_>>()?;
     let descriptors = Descriptors::new(&gpu.shared, &name, &pipelines, FRAMES_IN_FLIGHT as u32)?;
     let mut pipelines = pipelines.into_iter();
-    let steps = steps.into_iter().map(|step| {
+    let names = name_rows(&steps);
+    let steps = steps.into_iter().zip(&names).map(|(step, name_row)| {
         let Step {
             name,
             label,
@@ -80,6 +84,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         let label = CString::new(label).map_err(|e| Error::argument(&*name, e.to_string()))?;
         Ok(Built {
             name: name.into_owned(),
+            name_row: *name_row,
             label,
             command,
             uses,
@@ -94,7 +99,9 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
             steps: 0..steps.len(),
             index: 0,
         }],
-        profile: gpu.shared.profile && gpu.features().timestamps,
+        profile: None,
+        turns: Turns::new(&names),
+        turn: 0,
         hazards: Hazards::new(resources.len()),
         harvest: super::timings::Stamps::with_capacity(steps.len()),
         next: 0,
@@ -106,6 +113,19 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         resources,
         gpu,
     })
+}
+
+/// Numbers of the steps' names, in order of first appearance.
+fn name_rows(steps: &[Step]) -> Vec<u32> {
+    let mut names = Vec::new();
+    let row = |step: &Step| {
+        let row = names.iter().position(|name| *name == step.name);
+        row.unwrap_or_else(|| {
+            names.push(step.name.clone());
+            names.len() - 1
+        }) as u32
+    };
+    steps.iter().map(row).collect()
 }
 
 /// What the builder could not know before the pipeline was there.

@@ -7,7 +7,7 @@ use half::f16;
 use super::{Frame, FrameBuilder};
 use crate::{
     Result,
-    gpu::{Buffer, Class, Format, Gpu, Image3d},
+    gpu::{Buffer, Class, Format, Gpu, Image3d, Profile},
     pass::{ceiling_copy, ceiling_fetch},
     report::Ceiling,
 };
@@ -68,7 +68,7 @@ fn copy(gpu: &Gpu, source: &Buffer, target: &Buffer, count: u32) -> Result<Frame
 
 /// Seconds of the shortest run, on the device's clock where it has one; the first compiles and does not count.
 fn shortest(frame: &mut Frame) -> Result<f64> {
-    frame.set_profile(true);
+    frame.set_profile(Profile::Full);
     frame.run()?;
     let mut shortest = f64::INFINITY;
     for _ in 0..RUNS {

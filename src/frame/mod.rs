@@ -8,16 +8,18 @@ mod build;
 mod builder;
 mod ceiling;
 mod hazard;
+mod profile;
 mod timings;
 
 use std::{ffi::CString, ops::Range, time::Instant};
 
-pub use crate::gpu::Slot;
+pub use crate::gpu::{Profile, Slot};
 pub use builder::{End, FrameBuilder, PassBuilder};
 
 use build::{Built, Command, Dispatch};
 use builder::{Extent, Resource};
 use hazard::{Hazards, Uses};
+use profile::{Interval, Plan, Stopwatch, Turns};
 use timings::Stamps;
 
 use crate::{
@@ -44,7 +46,11 @@ pub struct Frame {
     slots: [SlotState; FRAMES_IN_FLIGHT],
     next: usize,
     begun: Option<Slot>,
-    profile: bool,
+    /// None for the device's.
+    profile: Option<Profile>,
+    turns: Turns,
+    /// Of the next submission that is sampled.
+    turn: u32,
     harvest: Stamps,
     _descriptors: Option<Descriptors>,
     /// Kept alive for the descriptor sets.
@@ -56,10 +62,12 @@ pub struct Frame {
 struct SlotState {
     commands: Commands,
     timestamps: Option<Timestamps>,
-    /// Rows of the steps recorded last.
-    recorded: Vec<u32>,
-    /// Timestamps were written.
-    timed: bool,
+    /// What stands between the timestamps written last.
+    intervals: Vec<Interval>,
+    /// Timestamps written; 0 where the submission was not timed.
+    stamps: u32,
+    /// See [`crate::report::FrameTimings::turns`].
+    turns: u32,
     submission: u64,
     cpu_record_ns: u64,
 }
@@ -69,8 +77,9 @@ impl SlotState {
         Ok(Self {
             commands,
             timestamps: None,
-            recorded: Vec::with_capacity(steps),
-            timed: false,
+            intervals: Vec::with_capacity(steps),
+            stamps: 0,
+            turns: 1,
             submission: 0,
             cpu_record_ns: 0,
         })
@@ -117,15 +126,20 @@ impl Frame {
     pub fn submit_spans(&mut self, spans: &[Span]) -> Result<()> {
         let slot = self.begin()?;
         let count = self.count(spans)?;
-        self.prepare_timestamps(slot, count)?;
+        let plan = Plan::new(self.profile(), self.turn);
+        self.prepare_timestamps(slot, plan, count)?;
         let before = Instant::now();
-        let touched = self.record(slot, spans);
+        self.slots[slot.0].stamps = 0;
+        let stamps = self.record(slot, spans, plan)?;
         let state = &mut self.slots[slot.0];
-        state.timed = false;
-        touched?;
         state.cpu_record_ns = before.elapsed().as_nanos() as u64;
         state.submission = state.commands.submit(&self.name)?;
-        state.timed = self.profile;
+        state.stamps = stamps;
+        state.turns = 1;
+        if matches!(plan, Plan::Turn(_)) {
+            state.turns = self.turns.count;
+            self.turn = (self.turn + 1) % self.turns.count;
+        }
         (self.begun, self.next) = (None, (slot.0 + 1) % FRAMES_IN_FLIGHT);
         Ok(())
     }
@@ -156,9 +170,19 @@ impl Frame {
         newest.map_or(0, |s| s.cpu_record_ns)
     }
 
-    /// Takes timestamps from the next submission on, or stops; without effect where the device has none.
-    pub fn set_profile(&mut self, profile: bool) {
-        self.profile = profile && self.gpu.features().timestamps;
+    /// Changes how this frame is timed from the next submission on, whatever the device's profile is; without effect
+    /// where the device has no timestamps.
+    pub fn set_profile(&mut self, profile: Profile) {
+        self.profile = Some(profile);
+    }
+
+    fn profile(&self) -> Profile {
+        if self.gpu.features().timestamps {
+            let shared = || self.gpu.shared.profile.get();
+            self.profile.unwrap_or_else(shared)
+        } else {
+            Profile::Off
+        }
     }
 
     /// Changes the push constants of a step from the next submission on.
@@ -223,28 +247,39 @@ impl Frame {
         Ok(spans.iter().map(|s| s.steps.len() as u32).sum())
     }
 
-    /// Makes room for one timestamp more than there are steps; allocates only when there are more steps than ever before.
-    fn prepare_timestamps(&mut self, slot: Slot, count: u32) -> Result<()> {
+    /// Makes room for timestamps before, between and after `count` steps; allocates only when there are more steps than
+    /// ever before.
+    fn prepare_timestamps(&mut self, slot: Slot, plan: Plan, count: u32) -> Result<()> {
         let state = &mut self.slots[slot.0];
         let room = state.timestamps.as_ref().map_or(0, |t| t.capacity);
-        if self.profile && room <= count {
-            state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 1)?);
+        if plan != Plan::Off && room < count + 2 {
+            state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 2)?);
         }
         Ok(())
     }
 
-    fn record(&mut self, slot: Slot, spans: &[Span]) -> Result<()> {
+    /// The number of timestamps written.
+    fn record(&mut self, slot: Slot, spans: &[Span], plan: Plan) -> Result<u32> {
         let Self {
             slots,
             steps,
             hazards,
             resources,
+            turns,
             ..
         } = self;
         let state = &mut slots[slot.0];
-        let timestamps = state.timestamps.as_ref().filter(|_| self.profile);
+        let timestamps = state.timestamps.as_ref().filter(|_| plan != Plan::Off);
         let recorder = state.commands.begin(&self.name)?;
-        state.recorded.clear();
+        state.intervals.clear();
+        let mut watch = Stopwatch {
+            plan,
+            turns,
+            timestamps,
+            intervals: &mut state.intervals,
+            stamps: 0,
+            before: None,
+        };
         hazards.clear();
         recorder.begin_label(&self.label);
         if let Some(timestamps) = timestamps {
@@ -252,13 +287,12 @@ impl Frame {
         }
         // The frame before may still run, and whatever it did comes first.
         recorder.barrier(Scope::ALL, Scope::ALL);
-        if let Some(timestamps) = timestamps {
-            recorder.timestamp(timestamps, 0);
-        }
+        watch.stamp(&recorder);
         let mut mapped = Uses::default();
         for span in spans {
             for row in span.steps.clone() {
                 let step = &steps[row];
+                watch.step(&recorder, row as u32, step.name_row);
                 recorder.begin_label(&step.label);
                 if let Some(barrier) = hazards.step(&step.uses) {
                     let (from, to) = barrier.scopes();
@@ -266,18 +300,17 @@ impl Frame {
                 }
                 step.record(&recorder, resources, slot.0, span.index);
                 recorder.end_label();
-                state.recorded.push(row as u32);
-                if let Some(timestamps) = timestamps {
-                    recorder.timestamp(timestamps, state.recorded.len() as u32);
-                }
                 mapped = mapped.with(step.mapped_writes(resources));
             }
         }
+        watch.stamp(&recorder);
+        let stamps = watch.stamps;
         if !mapped.is_empty() {
             recorder.barrier(mapped.scope(), Scope::HOST);
         }
         recorder.end_label();
-        recorder.end(&self.name)
+        recorder.end(&self.name)?;
+        Ok(stamps)
     }
 }
 

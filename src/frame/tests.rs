@@ -1,6 +1,7 @@
 use super::*;
 use crate::gpu::{
-    Access, Binding, Class, Declaration, Features, Format, GpuOptions, testing, testing::TestGpu,
+    Access, Binding, Class, Declaration, Features, Format, GpuOptions, Profile, testing,
+    testing::TestGpu,
 };
 
 const ADD: Declaration = Declaration {
@@ -132,7 +133,7 @@ fn a_chain_of_all_hazards_computes_right_and_validation_is_silent() {
 #[test]
 fn the_same_chain_runs_without_any_optional_feature() {
     let options = GpuOptions {
-        profile: true,
+        profile: Profile::Full,
         ..Default::default()
     };
     let Some(gpu) = testing::with(&options, Features::NONE) else {
@@ -324,7 +325,7 @@ fn constants_and_items_change_between_submissions() {
 #[test]
 fn timings_cover_every_step_in_order_and_add_up() {
     let options = GpuOptions {
-        profile: true,
+        profile: Profile::Full,
         ..Default::default()
     };
     let Some(gpu) = testing::with(&options, Features::ALL) else {
@@ -344,7 +345,7 @@ fn timings_cover_every_step_in_order_and_add_up() {
     let sum: u64 = timings.passes.iter().map(|p| p.nanoseconds()).sum();
     assert!(timings.gpu_ns > 0 && sum == timings.gpu_ns);
     assert!(timings.cpu_record_ns > 0 && timings.cpu_record_ns == frame.cpu_record_ns());
-    frame.set_profile(false);
+    frame.set_profile(Profile::Off);
     (0..2).for_each(|_| frame.run().unwrap());
     let first = timings.passes[0].begin_ns;
     assert_eq!(
@@ -354,10 +355,61 @@ fn timings_cover_every_step_in_order_and_add_up() {
     );
 }
 
+/// Six rounds of two passes, then a run of three fills.
+fn rounds(gpu: &Gpu) -> Frame {
+    let [a, b] = ["a", "b"].map(|name| buffer(gpu, name));
+    let mut builder = FrameBuilder::new(gpu, "rounds");
+    for _ in 0..6 {
+        builder
+            .pass(&ADD)
+            .bind("source", &a)
+            .bind("target", &b)
+            .constants(&[COUNT, 3])
+            .items(COUNT);
+        builder.pass(&DOUBLE).bind("values", &b).items(COUNT);
+    }
+    (0..3).for_each(|value| builder.fill(&a, value));
+    builder.build().unwrap()
+}
+
+#[test]
+fn sampled_timings_have_all_steps_of_a_name_or_none_and_every_name_in_its_turn() {
+    let options = GpuOptions {
+        profile: Profile::Sampled,
+        ..Default::default()
+    };
+    let Some(gpu) = testing::with(&options, Features::ALL) else {
+        return;
+    };
+    let mut frame = rounds(&gpu);
+    let mut seen = std::collections::BTreeMap::new();
+    frame.run().unwrap();
+    let turns = frame.timings().unwrap().turns;
+    for _ in 0..2 * turns {
+        frame.run().unwrap();
+        let timings = frame.timings().unwrap();
+        let sum: u64 = timings.passes.iter().map(|p| p.nanoseconds()).sum();
+        assert!(timings.gpu_ns > 0 && sum <= timings.gpu_ns);
+        for (name, steps, ns) in timings.by_name() {
+            assert_eq!(steps, if name == "fill" { 3 } else { 6 });
+            assert!(ns > 0);
+            *seen.entry(name.to_string()).or_insert(0) += 1;
+        }
+        let fills = timings.passes.iter().filter(|p| p.name == "fill");
+        assert!(fills.count() <= 1, "a run is timed as one");
+    }
+    let names: Vec<_> = seen.iter().map(|(n, count)| (&**n, *count)).collect();
+    assert_eq!(names, [("add", 2), ("double", 2), ("fill", 2)]);
+    gpu.set_profile(Profile::Full);
+    frame.run().unwrap();
+    let timings = frame.timings().unwrap();
+    assert_eq!((timings.turns, timings.passes.len()), (1, 15));
+}
+
 #[test]
 fn timings_are_there_while_the_next_frames_are_in_flight() {
     let options = GpuOptions {
-        profile: true,
+        profile: Profile::Full,
         ..Default::default()
     };
     let Some(gpu) = testing::with(&options, Features::ALL) else {
@@ -373,7 +425,7 @@ fn timings_are_there_while_the_next_frames_are_in_flight() {
 #[test]
 fn the_device_clock_is_that_of_the_timestamps() {
     let options = GpuOptions {
-        profile: true,
+        profile: Profile::Full,
         ..Default::default()
     };
     let Some(gpu) = testing::with(&options, Features::ALL) else {

@@ -2,17 +2,17 @@
 
 use crate::report::{FrameTimings, PassTiming};
 
-use super::{Frame, SlotState};
+use super::{Frame, SlotState, profile::Interval};
 
 /// Timestamps of one submission.
 #[derive(Default)]
 pub(super) struct Stamps {
     /// Number of the submission, 0 for none.
     pub(super) submission: u64,
-    /// Rows of the recorded steps.
-    pub(super) steps: Vec<u32>,
-    /// One more than steps.
+    pub(super) intervals: Vec<Interval>,
     pub(super) ticks: Vec<u64>,
+    /// See [`FrameTimings::turns`].
+    pub(super) turns: u32,
     /// Recording on the CPU.
     pub(super) cpu_record_ns: u64,
 }
@@ -20,25 +20,26 @@ pub(super) struct Stamps {
 impl Stamps {
     pub(super) fn with_capacity(steps: usize) -> Self {
         Self {
-            steps: Vec::with_capacity(steps),
-            ticks: Vec::with_capacity(steps + 1),
+            intervals: Vec::with_capacity(steps),
+            ticks: Vec::with_capacity(steps + 2),
             ..Self::default()
         }
     }
 
     /// Takes over the timestamps of a slot whose submission is done.
     pub(super) fn take(&mut self, slot: &SlotState) {
-        let Some(timestamps) = slot.timestamps.as_ref().filter(|_| slot.timed) else {
+        let Some(timestamps) = slot.timestamps.as_ref().filter(|_| slot.stamps > 0) else {
             return;
         };
         if slot.submission <= self.submission {
             return;
         }
         self.ticks.clear();
-        self.ticks.resize(slot.recorded.len() + 1, 0);
+        self.ticks.resize(slot.stamps as usize, 0);
         self.submission = 0;
         if timestamps.read(&mut self.ticks) {
-            self.steps.clone_from(&slot.recorded);
+            self.intervals.clone_from(&slot.intervals);
+            self.turns = slot.turns;
             (self.submission, self.cpu_record_ns) = (slot.submission, slot.cpu_record_ns);
         }
     }
@@ -52,7 +53,7 @@ impl Frame {
         let ready = self
             .slots
             .iter()
-            .filter(|s| s.submission <= done && s.timed);
+            .filter(|s| s.submission <= done && s.stamps > 0);
         let newest = ready.max_by_key(|s| s.submission);
         let mut fresh = Stamps::default();
         if let Some(slot) = newest.filter(|s| s.submission > self.harvest.submission) {
@@ -72,13 +73,15 @@ impl Frame {
             .iter()
             .map(|t| self.gpu.shared.nanoseconds(*t))
             .collect();
-        let passes = stamps.steps.iter().zip(ns.windows(2)).map(|(row, ns)| {
-            let step = &self.steps[*row as usize];
+        let passes = stamps.intervals.iter().map(|interval| {
+            let step = &self.steps[interval.row as usize];
+            let stamp = interval.stamp as usize;
             PassTiming {
                 name: step.name.clone(),
                 label: step.label.to_string_lossy().into_owned(),
-                begin_ns: ns[0],
-                end_ns: ns[1],
+                steps: interval.steps,
+                begin_ns: ns[stamp],
+                end_ns: ns[stamp + 1],
             }
         });
         FrameTimings {
@@ -87,6 +90,7 @@ impl Frame {
                 .last()
                 .zip(ns.first())
                 .map_or(0, |(end, begin)| end.saturating_sub(*begin)),
+            turns: stamps.turns,
             cpu_record_ns: stamps.cpu_record_ns,
         }
     }

@@ -101,7 +101,7 @@ doubles! {
 pub(super) fn open() -> Result<(Gpu, std::sync::Arc<Canary>)> {
     let options = GpuOptions {
         validation: true,
-        profile: true,
+        profile: super::Profile::Full,
         ..Default::default()
     };
     let instance = Instance::new(true)?;

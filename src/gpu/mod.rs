@@ -35,6 +35,7 @@ pub use features::Features;
 pub use image::{Format, Image3d};
 pub use memory::Class;
 pub use physical::DeviceSelector;
+pub use timestamps::Profile;
 
 pub(crate) use descriptors::{Descriptors, Target};
 #[allow(
@@ -62,8 +63,8 @@ pub struct GpuOptions {
     pub validation: bool,
     /// Most bytes that may be in use at once, all classes together; `None` for what the device has.
     pub budget: Option<u64>,
-    /// Take timestamps around every step of a frame.
-    pub profile: bool,
+    /// How frames are timed; [`Gpu::set_profile`] changes it.
+    pub profile: Profile,
 }
 
 /// A Vulkan device ready for work; clones share it.
@@ -104,6 +105,12 @@ impl Gpu {
     /// The device.
     pub fn report(&self) -> DeviceReport {
         self.shared.physical.report.clone()
+    }
+
+    /// Changes how frames of this device are timed, each from its next submission on, unless
+    /// [`Frame::set_profile`](crate::frame::Frame::set_profile) settled it for the frame.
+    pub fn set_profile(&self, profile: Profile) {
+        self.shared.profile.set(profile);
     }
 
     /// The optional features in use.

@@ -16,6 +16,7 @@ use super::{
     physical::{self, Physical},
     pipeline::Pipeline,
     queue::Queue,
+    timestamps::SharedProfile,
 };
 use crate::Result;
 
@@ -27,7 +28,7 @@ pub(crate) struct Shared {
     pub(crate) device: ash::Device,
     pub(crate) physical: Physical,
     pub(crate) features: Features,
-    pub(crate) profile: bool,
+    pub(crate) profile: SharedProfile,
     pub(crate) sync2: Option<khr::synchronization2::Device>,
     pub(crate) debug: Option<ext::debug_utils::Device>,
     pub(crate) calibrated: Option<ext::calibrated_timestamps::Device>,
@@ -85,7 +86,7 @@ impl Shared {
             calibrated: features
                 .calibrated_timestamps
                 .then(|| ext::calibrated_timestamps::Device::new(i, d)),
-            profile: options.profile,
+            profile: SharedProfile::new(options.profile),
             pipelines: Mutex::default(),
             graveyard: Mutex::default(),
             device,

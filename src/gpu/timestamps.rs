@@ -1,6 +1,12 @@
 //! Timestamps and the device's clock.
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU8, Ordering},
+    },
+    time::Instant,
+};
 
 use ash::vk;
 
@@ -9,6 +15,40 @@ use super::{
     shared::{Grave, Shared},
 };
 use crate::Result;
+
+/// How a frame is timed. Timestamps cost time themselves: on lavapipe 25 µs each, as much as a short pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profile {
+    /// Without timestamps.
+    #[default]
+    Off,
+    /// The whole of every frame, and the passes in turn, so that the average frame has at most six timestamps. A pass is
+    /// timed in all its steps of a frame, or not in this frame.
+    Sampled,
+    /// Every step of every frame.
+    Full,
+}
+
+/// The profile that all who share a device see.
+pub(crate) struct SharedProfile(AtomicU8);
+
+impl SharedProfile {
+    pub(crate) fn new(profile: Profile) -> Self {
+        Self(AtomicU8::new(profile as u8))
+    }
+
+    pub(crate) fn get(&self) -> Profile {
+        let all = [Profile::Off, Profile::Sampled, Profile::Full];
+        let row = self.0.load(Ordering::Relaxed);
+        all.into_iter()
+            .find(|p| *p as u8 == row)
+            .unwrap_or_default()
+    }
+
+    pub(crate) fn set(&self, profile: Profile) {
+        self.0.store(profile as u8, Ordering::Relaxed);
+    }
+}
 
 /// A query pool of timestamps.
 pub(crate) struct Timestamps {

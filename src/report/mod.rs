@@ -68,10 +68,13 @@ impl MemoryReport {
 /// When the steps of one frame ran on the device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameTimings {
-    /// One a step, in the order of the frame.
+    /// One a timed step, or one a run of steps of one name; in the order of the frame. A sampled profile has only the
+    /// names of one turn, each with all its steps.
     pub passes: Vec<PassTiming>,
     /// From the frame's first to its last timestamp, nanoseconds.
     pub gpu_ns: u64,
+    /// Frames in a row that time every name at least once: 1 where every step is timed.
+    pub turns: u32,
     /// Recording of the command buffer on the CPU, nanoseconds.
     pub cpu_record_ns: u64,
 }
@@ -82,8 +85,10 @@ impl FrameTimings {
         let mut sums = Vec::<(&str, usize, u64)>::new();
         for pass in &self.passes {
             match sums.iter_mut().find(|s| s.0 == pass.name) {
-                Some(sum) => (sum.1, sum.2) = (sum.1 + 1, sum.2 + pass.nanoseconds()),
-                None => sums.push((&pass.name, 1, pass.nanoseconds())),
+                Some(sum) => {
+                    (sum.1, sum.2) = (sum.1 + pass.steps as usize, sum.2 + pass.nanoseconds())
+                }
+                None => sums.push((&pass.name, pass.steps as usize, pass.nanoseconds())),
             }
         }
         sums
@@ -95,8 +100,10 @@ impl FrameTimings {
 pub struct PassTiming {
     /// Name of the pass; `fill` and `copy` for transfers.
     pub name: String,
-    /// Finer label, the pass name where none was given.
+    /// Finer label of the (first) step, the pass name where none was given.
     pub label: String,
+    /// Steps that ran in this time, one after the other.
+    pub steps: u32,
     /// Begin, nanoseconds on the device's clock.
     pub begin_ns: u64,
     /// End, nanoseconds on the device's clock.
@@ -164,6 +171,7 @@ mod tests {
         let pass = |name: &str, begin_ns, end_ns| PassTiming {
             name: name.into(),
             label: name.into(),
+            steps: 1,
             begin_ns,
             end_ns,
         };
