@@ -15,6 +15,7 @@ use std::{ffi::CString, ops::Range, time::Instant};
 
 pub use crate::gpu::{Profile, Slot};
 pub use builder::{End, FrameBuilder, PassBuilder};
+pub use ceiling::CeilingMeter;
 
 use build::{Built, Command, Dispatch};
 use builder::{Extent, Resource};

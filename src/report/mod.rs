@@ -141,6 +141,16 @@ pub struct Ceiling {
     pub copy_bytes_per_s: f64,
 }
 
+impl Ceiling {
+    /// The greater of both, each for itself.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            fetch3d_per_s: self.fetch3d_per_s.max(other.fetch3d_per_s),
+            copy_bytes_per_s: self.copy_bytes_per_s.max(other.copy_bytes_per_s),
+        }
+    }
+}
+
 /// How far a long task is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Progress {

@@ -7,6 +7,7 @@ use dermis::{
     Error, Result,
     asset::{self, Model, MorphAnimation, MorphFrame, PlyFrame},
     deformer::Skin,
+    gpu::Profile,
     rig,
 };
 use glam::Quat;
@@ -104,7 +105,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let output = Output::create(args, format)?;
     let character = Character::load(&args.file)?;
     let frames = Frames::choose(&args.poses, &character, Fallback::Rest, 90.0, &console)?;
-    let session = Session::open(character, &args.rig, &args.device, false, console.clone())?;
+    let session = Session::open(character, &args.rig, &args.device, Profile::Off, &console)?;
     let mut deformer = session.deformer(method)?;
     let device = session.device_report().name;
     let mut writer = Writer {

@@ -1,29 +1,33 @@
 //! `dermis bench`: what a frame costs, pass by pass.
 
-use std::{f32::consts::TAU, path::PathBuf, sync::Arc};
+use std::{f32::consts::TAU, path::PathBuf};
 
 use dermis::{
     Error, Result,
-    deformer::{Deformer, Device, Method},
-    report::{Ceiling, MemoryReport},
+    deformer::Device,
+    gpu::{Gpu, Profile},
     rig::{Pose, Skeleton},
 };
 use glam::{Mat4, Vec3};
 
 use crate::{
-    bench_report::{Profiling, Report},
+    bench_report::Report,
+    bench_run::{Length, Run},
     console::{self, Console},
     options::{DeviceOptions, MethodName, PoseOptions, ReportOptions, RigOptions},
     poses::{Fallback, Frames},
-    samples::Samples,
-    session::{Character, Session, check_validation, deformer, open_device},
+    session::{Character, Session, check_validation, open_device},
 };
+
+/// Poses where the user names neither poses nor a number of frames.
+const POSES: u32 = 60;
 
 /// Measure what a frame costs: passes, memory, and the device's own ceiling in the same run.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Plays the chosen poses in turn: by default the file's first clip, or random poses where it has none. Every frame is
-waited for, so that times do not overlap. Times are the least, the median and the 95th percentile over the frames;
+waited for, so that times do not overlap. Timestamps cost time, so that a frame times a few passes, in turn, and the
+ceiling is measured between the turns. Times are the least, the median and the 95th percentile over the frames;
 compare the least ones between runs on a shared machine.
 
 Examples:
@@ -35,10 +39,11 @@ Examples:
 pub(crate) struct Args {
     /// glTF or GLB file.
     file: PathBuf,
-    /// Frames to measure.
-    #[arg(long, short = 'n', value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    count: u32,
-    /// Frames to play before, unmeasured: shaders are compiled on first use.
+    /// Frames to measure, rounded up so that every pass is timed equally often; by default at least 60, and nine of every
+    /// pass.
+    #[arg(long, short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    count: Option<u32>,
+    /// Frames to play before, unmeasured, at least one: shaders are compiled on first use.
     #[arg(long, value_name = "N", default_value_t = 5)]
     warm_up: u32,
     /// Swing this joint alone by up to 45° (or --degrees) and leave the others at rest.
@@ -69,18 +74,21 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     let character = Character::load(&args.file)?;
     let (source, poses) = choose_poses(args, &character, &console)?;
-    let session = Session::open(character, &args.rig, &args.device, true, console.clone())?;
-    let (samples, memory, profiling) = measure(args, &session, method, &poses)?;
-    let ceiling = ceiling(args, &session.device)?;
+    let profile = Profile::Sampled;
+    let session = Session::open(character, &args.rig, &args.device, profile, &console)?;
+    let length = Length {
+        warm_up: args.warm_up as usize,
+        frames: args.count.map(|count| count as usize),
+    };
+    let ceiling = ceiling_device(args, &session.device)?;
+    let deformer = session.deformer(method)?;
+    let run = Run::new(&session, deformer, ceiling.as_ref(), args.compare_profiling)?;
+    let measured = run.measure(&poses, length)?;
+    if let Some(gpu) = ceiling {
+        check_validation(&Device::Gpu(gpu))?;
+    }
     session.finish()?;
-    let report = Report::new(
-        &session,
-        args.method.name(),
-        &samples,
-        memory,
-        ceiling,
-        profiling,
-    );
+    let report = Report::new(&session, args.method.name(), &measured);
     console.text(report.text(&source).trim_end())?;
     console::json(&args.report, &report)
 }
@@ -91,11 +99,12 @@ fn choose_poses(
     console: &Console,
 ) -> Result<(String, Vec<Pose>)> {
     let degrees = args.poses.degrees.unwrap_or(45.0);
+    let count = args.count.unwrap_or(POSES);
     if let Some(name) = &args.one_joint {
-        let poses = swing(&character.skeleton, name, degrees, args.count)?;
+        let poses = swing(&character.skeleton, name, degrees, count)?;
         return Ok((format!("joint {name} alone ±{degrees}°"), poses));
     }
-    let fallback = Fallback::Random(args.count);
+    let fallback = Fallback::Random(count);
     let frames = Frames::choose(&args.poses, character, fallback, degrees, console)?;
     let poses = frames.frames.into_iter().map(|f| f.pose).collect();
     Ok((frames.source, poses))
@@ -114,44 +123,8 @@ fn swing(skeleton: &Skeleton, name: &str, degrees: f32, count: u32) -> Result<Ve
     (0..count).map(pose).collect()
 }
 
-type Measured = (Samples, MemoryReport, Option<Profiling>);
-
-fn measure(args: &Args, session: &Session, method: Method, poses: &[Pose]) -> Result<Measured> {
-    let mut timed = session.deformer(method)?;
-    let mut plain = plain_deformer(args, session, method)?;
-    let (mut samples, mut plain_samples) = (Samples::default(), Samples::default());
-    for i in 0..args.warm_up + args.count {
-        if i == args.warm_up {
-            (samples, plain_samples) = Default::default();
-        }
-        let pose = &poses[i as usize % poses.len()];
-        // The two take turns in going first, so that neither always finds warm caches.
-        if i % 2 == 0 {
-            samples.play(&mut timed, pose)?;
-        }
-        if let Some(plain) = &mut plain {
-            plain_samples.play(plain, pose)?;
-        }
-        if i % 2 == 1 {
-            samples.play(&mut timed, pose)?;
-        }
-    }
-    let profiling = plain.is_some();
-    let profiling = profiling.then(|| Profiling::new(&samples.wall_ns, &plain_samples.wall_ns));
-    Ok((samples, timed.memory(), profiling))
-}
-
-/// The same character on a device without timestamps, if the comparison is wanted.
-fn plain_deformer(args: &Args, session: &Session, method: Method) -> Result<Option<Deformer>> {
-    if !args.compare_profiling {
-        return Ok(None);
-    }
-    let device = open_device(&args.device, false, &session.console)?;
-    deformer(&device, &Arc::clone(&session.rig), method).map(Some)
-}
-
-/// On a device of its own: the memory budget is for the character.
-fn ceiling(args: &Args, device: &Device) -> Result<Option<Ceiling>> {
+/// A device of its own for the ceiling: the memory budget is for the character.
+fn ceiling_device(args: &Args, device: &Device) -> Result<Option<Gpu>> {
     if matches!(device, Device::Cpu) {
         return Ok(None);
     }
@@ -163,14 +136,10 @@ fn ceiling(args: &Args, device: &Device) -> Result<Option<Ceiling>> {
         json: None,
         quiet: true,
     });
-    match open_device(&options, true, &quiet)? {
-        Device::Gpu(gpu) => {
-            let ceiling = gpu.measure_ceiling()?;
-            check_validation(&Device::Gpu(gpu))?;
-            Ok(Some(ceiling))
-        }
-        Device::Cpu => Ok(None),
-    }
+    Ok(match open_device(&options, Profile::Off, &quiet)? {
+        Device::Gpu(gpu) => Some(gpu),
+        Device::Cpu => None,
+    })
 }
 
 #[cfg(test)]

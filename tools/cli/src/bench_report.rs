@@ -6,6 +6,7 @@ use dermis::report::{Ceiling, DeviceReport, MemoryReport};
 use serde::Serialize;
 
 use crate::{
+    bench_run::Measured,
     samples::Samples,
     session::Session,
     stats::Spread,
@@ -27,6 +28,8 @@ pub(crate) struct Report {
     fetches_per_frame: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     profiling: Option<Profiling>,
+    #[serde(skip)]
+    fetching: Option<Fetching>,
 }
 
 #[derive(Debug, Serialize)]
@@ -74,30 +77,59 @@ struct Iterations {
 pub(crate) struct Profiling {
     on_ms: Spread,
     off_ms: Spread,
-    /// Share by which the least time grows.
+    /// Share by which frames grow: the median for every turn of the profile, and the mean over the turns.
     cost: f64,
 }
 
 impl Profiling {
-    pub(crate) fn new(on: &[u64], off: &[u64]) -> Self {
-        let (on_ms, off_ms) = (Spread::of_ns(on), Spread::of_ns(off));
+    /// Of the same frames; their turns follow each other.
+    fn new(on: &[u64], off: &[u64], turns: usize) -> Self {
+        let pairs = || on.iter().zip(off).map(|(on, off)| *on as f64 / *off as f64);
+        let turns = turns.max(1);
+        let medians = (0..turns).filter_map(|turn| median(pairs().skip(turn).step_by(turns)));
+        let costs: Vec<f64> = medians.collect();
         Self {
-            on_ms,
-            off_ms,
-            cost: on_ms.min / off_ms.min - 1.0,
+            on_ms: Spread::of_ns(on),
+            off_ms: Spread::of_ns(off),
+            cost: costs.iter().sum::<f64>() / costs.len().max(1) as f64 - 1.0,
         }
     }
 }
 
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// What the projection fetches a second, beside the ceiling.
+#[derive(Debug)]
+struct Fetching {
+    per_s: f64,
+    /// Median over median.
+    share: f64,
+    /// Best over best.
+    best: f64,
+}
+
+impl Fetching {
+    fn new(measured: &Measured) -> Option<Self> {
+        let rates = measured.samples.fetch_rates();
+        let ceilings = || measured.ceilings.iter().map(|c| c.fetch3d_per_s);
+        let per_s = median(rates.iter().copied())?;
+        Some(Self {
+            per_s,
+            share: per_s / median(ceilings())?,
+            best: rates.last()? / ceilings().fold(0.0, f64::max),
+        })
+    }
+}
+
 impl Report {
-    pub(crate) fn new(
-        session: &Session,
-        method: &'static str,
-        samples: &Samples,
-        memory: MemoryReport,
-        ceiling: Option<Ceiling>,
-        profiling: Option<Profiling>,
-    ) -> Self {
+    pub(crate) fn new(session: &Session, method: &'static str, measured: &Measured) -> Self {
+        let samples = &measured.samples;
+        let (on, off) = (&samples.wall_ns, &measured.plain_ns);
+        let compared = !off.is_empty();
         Self {
             device: device(session.device_report()),
             model: model(session),
@@ -110,10 +142,11 @@ impl Report {
                 wall_ms: Spread::of_ns(&samples.wall_ns),
             },
             iterations: iterations(samples),
-            memory: classes(memory),
-            ceiling,
+            memory: classes(measured.memory.clone()),
+            ceiling: measured.ceilings.iter().copied().reduce(Ceiling::max),
             fetches_per_frame: mean(samples, |i| i.fetches as f64),
-            profiling,
+            profiling: compared.then(|| Profiling::new(on, off, samples.turns)),
+            fetching: Fetching::new(measured),
         }
     }
 
@@ -137,7 +170,7 @@ impl Report {
             format!("{}, {source}, {} frames", self.method, self.frames),
             String::new(),
             self.pass_table(),
-            self.verdict(),
+            self.verdict() + &self.sum_line(),
             String::new(),
             self.memory_table(),
         ];
@@ -182,6 +215,18 @@ impl Report {
         )
     }
 
+    /// Whether the passes account for the frame.
+    fn sum_line(&self) -> String {
+        let sum: f64 = self.passes.iter().map(|p| p.gpu_ms.p50).sum();
+        let whole = self.frame.gpu_ms.p50;
+        if sum > 0.0 && whole > 0.0 {
+            let share = percent(sum, whole);
+            format!("\npasses add up to {share} of the frame, sum of medians over median")
+        } else {
+            String::new()
+        }
+    }
+
     fn memory_table(&self) -> String {
         let mut table = Table::new(1, ["memory", "", "share"]);
         let total = self.memory.get("total").copied().unwrap_or(0);
@@ -203,16 +248,15 @@ impl Report {
         );
         if let Some(fetches) = self.fetches_per_frame {
             line += &format!("\n{:.2} M fetches a frame", fetches * 1e-6);
-            let ms: f64 = self
-                .passes
-                .iter()
-                .filter(|p| p.name == "project")
-                .map(|p| p.gpu_ms.p50)
-                .sum();
-            if ms > 0.0 {
-                let share = percent(fetches * 1e3 / ms, ceiling.fetch3d_per_s);
-                line += &format!(", the projection at {share} of the ceiling");
-            }
+        }
+        if let Some(fetching) = &self.fetching {
+            line += &format!(
+                "\nproject: {:.0} M fetches/s, {:.1} % of the device's ceiling measured beside it \
+                 (medians; the best of both {:.1} %)",
+                fetching.per_s * 1e-6,
+                fetching.share * 100.0,
+                fetching.best * 100.0
+            );
         }
         Some(line)
     }
@@ -220,12 +264,12 @@ impl Report {
 
 fn profiling_line(profiling: &Profiling) -> String {
     format!(
-        "profiling costs {:+.1} % (least wall {:.3} ms with timestamps, {:.3} ms without; medians {:.3} and {:.3})",
+        "profiling costs {:+.1} %, mean over its turns (wall p50 {:.3} ms with timestamps, {:.3} ms without; least {:.3} and {:.3})",
         100.0 * profiling.cost,
-        profiling.on_ms.min,
-        profiling.off_ms.min,
         profiling.on_ms.p50,
-        profiling.off_ms.p50
+        profiling.off_ms.p50,
+        profiling.on_ms.min,
+        profiling.off_ms.min
     )
 }
 

@@ -3,6 +3,7 @@
 mod bake;
 mod bench;
 mod bench_report;
+mod bench_run;
 mod console;
 mod devices;
 mod info;

@@ -8,7 +8,7 @@ use std::{
 use dermis::{
     Error, Result,
     deformer::{Deformer, Device},
-    gpu::Gpu,
+    gpu::{Gpu, Profile},
     report::{FrameTimings, MemoryReport},
 };
 use serde_json::{Value, json};
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         45.0,
         &console,
     )?;
-    let session = Session::open(character, &args.rig, &args.device, true, console.clone())?;
+    let session = Session::open(character, &args.rig, &args.device, Profile::Full, &console)?;
     let mut recorder = Recorder::new(start, &session, args.method, &frames);
     let begin = Instant::now();
     let mut deformer = session.deformer(method)?;

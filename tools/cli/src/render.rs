@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use dermis::{
     Error, Result,
     deformer::{Deformer, Method},
+    gpu::Profile,
     render::{Shading, View},
     report::Progress as Step,
 };
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let character = Character::load(&args.file)?;
     let frames = Frames::choose(&args.poses, &character, Fallback::Rest, 90.0, &console)?;
     let shots = shots(args, &frames)?;
-    let session = Session::open(character, &args.rig, &args.device, false, console.clone())?;
+    let session = Session::open(character, &args.rig, &args.device, Profile::Off, &console)?;
     let studio = Studio::open(args, &session, &shots, frames.upright)?;
     let mut stage = Stage::new(&session, methods, studio)?;
     let progress = Progress::new(&console);

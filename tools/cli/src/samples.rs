@@ -14,27 +14,36 @@ use crate::stats::Spread;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
     passes: Vec<Pass>,
+    /// Frames in a row that time every pass.
+    pub(crate) turns: usize,
     pub(crate) gpu_ns: Vec<u64>,
     pub(crate) cpu_record_ns: Vec<u64>,
     pub(crate) wall_ns: Vec<u64>,
     pub(crate) iterations: Vec<Iterations>,
 }
 
-/// A pass over all frames; a frame's calls are added up.
+/// A pass in the frames that timed it; a frame's calls are added up.
 #[derive(Clone, Debug)]
 pub(crate) struct Pass {
     pub(crate) name: String,
+    /// Rows of the frames.
+    pub(crate) frames: Vec<usize>,
     pub(crate) calls: Vec<u64>,
     pub(crate) ns: Vec<u64>,
+}
+
+/// Plays `pose` to its end; wall-clock nanoseconds.
+pub(crate) fn play(deformer: &mut Deformer, pose: &Pose) -> Result<u64> {
+    let begin = Instant::now();
+    deformer.advance(pose)?;
+    deformer.wait()?;
+    Ok(begin.elapsed().as_nanos() as u64)
 }
 
 impl Samples {
     /// Plays `pose` to its end and keeps what it took.
     pub(crate) fn play(&mut self, deformer: &mut Deformer, pose: &Pose) -> Result<()> {
-        let begin = Instant::now();
-        deformer.advance(pose)?;
-        deformer.wait()?;
-        self.wall_ns.push(begin.elapsed().as_nanos() as u64);
+        self.wall_ns.push(play(deformer, pose)?);
         match deformer.timings() {
             Some(timings) => self.add(&timings),
             None => self.cpu_record_ns.push(deformer.record_ns()),
@@ -44,16 +53,15 @@ impl Samples {
     }
 
     fn add(&mut self, timings: &FrameTimings) {
+        self.turns = timings.turns as usize;
         self.gpu_ns.push(timings.gpu_ns);
         self.cpu_record_ns.push(timings.cpu_record_ns);
         let frame = self.gpu_ns.len() - 1;
-        for timing in &timings.passes {
-            let pass = self.pass(&timing.name);
-            // A pass that is missing in some frames took no time there.
-            pass.calls.resize(frame + 1, 0);
-            pass.ns.resize(frame + 1, 0);
-            pass.calls[frame] += 1;
-            pass.ns[frame] += timing.end_ns.saturating_sub(timing.begin_ns);
+        for (name, calls, ns) in timings.by_name() {
+            let pass = self.pass(name);
+            pass.frames.push(frame);
+            pass.calls.push(calls as u64);
+            pass.ns.push(ns);
         }
     }
 
@@ -62,12 +70,26 @@ impl Samples {
         let row = row.unwrap_or_else(|| {
             self.passes.push(Pass {
                 name: name.into(),
+                frames: Vec::new(),
                 calls: Vec::new(),
                 ns: Vec::new(),
             });
             self.passes.len() - 1
         });
         &mut self.passes[row]
+    }
+
+    /// Fetches a second of the projection, one a frame that timed it; least first.
+    pub(crate) fn fetch_rates(&self) -> Vec<f64> {
+        let project = self.passes.iter().filter(|p| p.name == "project");
+        let timed = project.flat_map(|p| p.frames.iter().zip(&p.ns));
+        let rate = |(&frame, &ns): (&usize, &u64)| {
+            let fetches = self.iterations.get(frame)?.fetches;
+            (fetches > 0 && ns > 0).then(|| fetches as f64 * 1e9 / ns as f64)
+        };
+        let mut rates: Vec<f64> = timed.filter_map(rate).collect();
+        rates.sort_by(f64::total_cmp);
+        rates
     }
 
     /// All passes in the order of their first appearance.
@@ -98,13 +120,14 @@ mod tests {
         PassTiming {
             name: name.into(),
             label: name.into(),
+            steps: 1,
             begin_ns,
             end_ns,
         }
     }
 
-    #[test]
-    fn calls_of_a_frame_add_up_and_absent_passes_take_no_time() {
+    /// Two frames: one that timed the projection, one that timed the relaxation.
+    fn two_frames() -> Samples {
         let mut samples = Samples::default();
         let first = vec![
             timing("project", 0, 2_000_000),
@@ -114,17 +137,40 @@ mod tests {
         for passes in [first, second] {
             samples.add(&FrameTimings {
                 passes,
+                turns: 2,
                 gpu_ns: 5_000_000,
                 cpu_record_ns: 1,
             });
         }
-        let ns: Vec<_> = samples
+        samples
+    }
+
+    #[test]
+    fn calls_of_a_frame_add_up_and_frames_that_do_not_time_a_pass_do_not_count() {
+        let samples = two_frames();
+        let passes: Vec<_> = samples
             .passes()
-            .map(|p| (p.name.as_str(), p.ns.clone()))
+            .map(|p| (p.name.as_str(), p.calls(), p.frames[0], p.ns.clone()))
             .collect();
-        assert_eq!(
-            ns,
-            [("project", vec![3_000_000]), ("relax", vec![0, 1_000_000])]
-        );
+        let expected = [
+            ("project", 2, 0, vec![3_000_000]),
+            ("relax", 1, 1, vec![1_000_000]),
+        ];
+        assert_eq!(passes, expected);
+        assert_eq!(samples.turns, 2);
+    }
+
+    #[test]
+    fn fetches_are_of_the_frame_that_timed_the_projection() {
+        let mut samples = two_frames();
+        assert!(samples.fetch_rates().is_empty());
+        samples.iterations = [600, 7]
+            .map(|fetches| Iterations {
+                fetches,
+                ..Iterations::default()
+            })
+            .into();
+        let rates = samples.fetch_rates();
+        assert!((rates[0] - 2e5).abs() < 1e-6 && rates.len() == 1);
     }
 }

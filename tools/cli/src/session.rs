@@ -6,7 +6,7 @@ use dermis::{
     Error, Result, asset,
     asset::Model,
     deformer::{Deformer, Device, Method, Settings},
-    gpu::{DeviceSelector, Gpu, GpuOptions},
+    gpu::{DeviceSelector, Gpu, GpuOptions, Profile},
     report::DeviceReport,
     rig::{self, Rig, Skeleton},
 };
@@ -48,7 +48,6 @@ impl Character {
 
 /// A character that is ready to be deformed.
 pub(crate) struct Session {
-    pub(crate) console: Console,
     pub(crate) model: Model,
     pub(crate) rig: Arc<Rig>,
     pub(crate) device: Device,
@@ -64,18 +63,17 @@ impl Session {
         character: Character,
         rig: &RigOptions,
         device: &DeviceOptions,
-        profile: bool,
-        console: Console,
+        profile: Profile,
+        console: &Console,
     ) -> Result<Self> {
         let Character { model, loaded, .. } = character;
-        let device = open_device(device, profile, &console)?;
-        let (rig, mut stages) = prepare(&model, rig, &console)?;
+        let device = open_device(device, profile, console)?;
+        let (rig, mut stages) = prepare(&model, rig, console)?;
         stages.insert(0, loaded);
         for warning in &rig.warnings {
             console.note(format_args!("warning: {warning}"))?;
         }
         Ok(Self {
-            console,
             model,
             rig: Arc::new(rig),
             device,
@@ -111,7 +109,7 @@ pub(crate) fn deformer(device: &Device, rig: &Arc<Rig>, method: Method) -> Resul
 /// Opens the device that the user asked for; says so when that is the slow one.
 pub(crate) fn open_device(
     options: &DeviceOptions,
-    profile: bool,
+    profile: Profile,
     console: &Console,
 ) -> Result<Device> {
     let selector = match &options.device {

@@ -240,7 +240,8 @@ fn bench_reports_exactly_what_programs_expect() {
     ];
     expected.sort_unstable();
     assert_eq!(keys, expected);
-    assert_eq!(report["frames"], 3);
+    assert!(report["frames"].as_u64().unwrap() >= 3);
+    assert!(!report["passes"].as_array().unwrap().is_empty());
     for key in ["gpu_ms", "cpu_record_ms", "wall_ms"] {
         let spread = &report["frame"][key];
         let [min, p50, p95] = ["min", "p50", "p95"].map(|k| spread[k].as_f64().unwrap());

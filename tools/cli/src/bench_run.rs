@@ -1,0 +1,152 @@
+//! The frames of a bench, in turns that time every pass once, with the ceiling measured between them.
+
+use dermis::{
+    Result,
+    deformer::{Deformer, Device},
+    frame::CeilingMeter,
+    gpu::{Gpu, Profile},
+    report::{Ceiling, MemoryReport},
+    rig::Pose,
+};
+
+use crate::{
+    samples::{Samples, play},
+    session::Session,
+};
+
+/// Least number of times that every pass is timed.
+const ROUNDS: usize = 9;
+/// Least number of frames.
+const FRAMES: usize = 60;
+
+/// How many frames to play.
+pub(crate) struct Length {
+    /// Unmeasured, at the beginning.
+    pub(crate) warm_up: usize,
+    /// Measured, at least; `None` for as many as the statistics need.
+    pub(crate) frames: Option<usize>,
+}
+
+/// What a bench measured.
+pub(crate) struct Measured {
+    pub(crate) samples: Samples,
+    pub(crate) memory: MemoryReport,
+    /// One a round.
+    pub(crate) ceilings: Vec<Ceiling>,
+    /// Wall-clock of the same frames without timestamps, where they were to be compared.
+    pub(crate) plain_ns: Vec<u64>,
+}
+
+/// A deformer to be measured, and what is measured beside it.
+pub(crate) struct Run {
+    deformer: Deformer,
+    gpu: Option<Gpu>,
+    meter: Option<CeilingMeter>,
+    compare: bool,
+}
+
+impl Run {
+    /// `compare` plays every frame without timestamps, too.
+    pub(crate) fn new(
+        session: &Session,
+        deformer: Deformer,
+        ceiling: Option<&Gpu>,
+        compare: bool,
+    ) -> Result<Self> {
+        let gpu = match &session.device {
+            Device::Gpu(gpu) => Some(gpu.clone()),
+            Device::Cpu => None,
+        };
+        Ok(Self {
+            deformer,
+            gpu,
+            meter: ceiling.map(CeilingMeter::new).transpose()?,
+            compare,
+        })
+    }
+
+    /// Plays `poses` again and again.
+    pub(crate) fn measure(mut self, poses: &[Pose], length: Length) -> Result<Measured> {
+        let mut samples = Samples::default();
+        for i in 0..length.warm_up.max(1) {
+            samples.play(&mut self.deformer, &poses[i % poses.len()])?;
+        }
+        let turns = samples.turns.max(1);
+        let frames = length.frames.unwrap_or(FRAMES.max(ROUNDS * turns));
+        let stride = stride(turns, poses.len());
+        samples = Samples::default();
+        let (mut ceilings, mut plain_ns) = (Vec::new(), Vec::new());
+        for round in 0..frames.div_ceil(turns) {
+            let pose = |turn: usize| &poses[(round * stride + turn) % poses.len()];
+            if let Some(meter) = &mut self.meter {
+                ceilings.push(meter.measure()?);
+                // The meter leaves the caches cold.
+                self.plain(pose(0))?;
+            }
+            for turn in 0..turns {
+                // The two take turns in going first, so that neither always finds warm caches.
+                let plain_first = (round + turn) % 2 == 1;
+                if self.compare && plain_first {
+                    plain_ns.push(self.plain(pose(turn))?);
+                }
+                samples.play(&mut self.deformer, pose(turn))?;
+                if self.compare && !plain_first {
+                    plain_ns.push(self.plain(pose(turn))?);
+                }
+            }
+        }
+        Ok(Measured {
+            samples,
+            memory: self.deformer.memory(),
+            ceilings,
+            plain_ns,
+        })
+    }
+
+    /// A frame without timestamps, which takes no turn.
+    fn plain(&mut self, pose: &Pose) -> Result<u64> {
+        let profile = |profile| {
+            if let Some(gpu) = &self.gpu {
+                gpu.set_profile(profile);
+            }
+        };
+        profile(Profile::Off);
+        let played = play(&mut self.deformer, pose);
+        profile(Profile::Sampled);
+        played
+    }
+}
+
+/// Poses from one round to the next: at least a round's frames, and no divisor in common with the number of poses, so that
+/// no pass meets the same few poses again and again.
+fn stride(turns: usize, poses: usize) -> usize {
+    let common = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let strides = turns..turns + poses.max(1);
+    strides
+        .into_iter()
+        .find(|stride| common(*stride, poses) == 1)
+        .unwrap_or(turns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_turn_meets_every_pose_in_time() {
+        for (turns, poses) in [(16, 60), (1, 60), (10, 1), (7, 49), (12, 25)] {
+            let stride = stride(turns, poses);
+            assert!(stride >= turns);
+            for turn in 0..turns {
+                let met: BTreeSet<_> = (0..poses).map(|r| (r * stride + turn) % poses).collect();
+                assert_eq!(met.len(), poses, "{turns} turns, {poses} poses");
+            }
+        }
+    }
+}
