@@ -253,8 +253,8 @@ impl Frame {
     fn prepare_timestamps(&mut self, slot: Slot, plan: Plan, count: u32) -> Result<()> {
         let state = &mut self.slots[slot.0];
         let room = state.timestamps.as_ref().map_or(0, |t| t.capacity);
-        if plan != Plan::Off && room < count + 2 {
-            state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 2)?);
+        if plan != Plan::Off && room < count + 3 {
+            state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 3)?);
         }
         Ok(())
     }
@@ -304,6 +304,8 @@ impl Frame {
                 mapped = mapped.with(step.mapped_writes(resources));
             }
         }
+        // The second tells what one costs.
+        watch.stamp(&recorder);
         watch.stamp(&recorder);
         let stamps = watch.stamps;
         if !mapped.is_empty() {

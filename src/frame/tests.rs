@@ -343,7 +343,9 @@ fn timings_cover_every_step_in_order_and_add_up() {
         ["fill a", "add", "double", "add.last", "copy a to c"]
     );
     let sum: u64 = timings.passes.iter().map(|p| p.nanoseconds()).sum();
-    assert!(timings.gpu_ns > 0 && sum == timings.gpu_ns);
+    // Intervals shorter than a timestamp count as nothing.
+    assert!(timings.gpu_ns > 0 && sum >= timings.gpu_ns);
+    assert!(sum <= timings.gpu_ns + 5 * timings.stamp_ns);
     assert!(timings.cpu_record_ns > 0 && timings.cpu_record_ns == frame.cpu_record_ns());
     frame.set_profile(Profile::Off);
     (0..2).for_each(|_| frame.run().unwrap());
@@ -389,10 +391,10 @@ fn sampled_timings_have_all_steps_of_a_name_or_none_and_every_name_in_its_turn()
         frame.run().unwrap();
         let timings = frame.timings().unwrap();
         let sum: u64 = timings.passes.iter().map(|p| p.nanoseconds()).sum();
-        assert!(timings.gpu_ns > 0 && sum <= timings.gpu_ns);
+        assert!(timings.gpu_ns > 0 && sum <= timings.gpu_ns + 12 * timings.stamp_ns);
         for (name, steps, ns) in timings.by_name() {
             assert_eq!(steps, if name == "fill" { 3 } else { 6 });
-            assert!(ns > 0);
+            assert!(ns > 0, "{name}");
             *seen.entry(name.to_string()).or_insert(0) += 1;
         }
         let fills = timings.passes.iter().filter(|p| p.name == "fill");

@@ -13,6 +13,8 @@ pub(super) struct Stamps {
     pub(super) ticks: Vec<u64>,
     /// See [`FrameTimings::turns`].
     pub(super) turns: u32,
+    /// Least ticks that any submission had between its last two timestamps, with nothing between them: the cost of one.
+    pub(super) empty: Option<u64>,
     /// Recording on the CPU.
     pub(super) cpu_record_ns: u64,
 }
@@ -21,7 +23,7 @@ impl Stamps {
     pub(super) fn with_capacity(steps: usize) -> Self {
         Self {
             intervals: Vec::with_capacity(steps),
-            ticks: Vec::with_capacity(steps + 2),
+            ticks: Vec::with_capacity(steps + 3),
             ..Self::default()
         }
     }
@@ -40,6 +42,10 @@ impl Stamps {
         if timestamps.read(&mut self.ticks) {
             self.intervals.clone_from(&slot.intervals);
             self.turns = slot.turns;
+            if let [.., end, empty] = self.ticks[..] {
+                let cost = empty.wrapping_sub(end);
+                self.empty = Some(self.empty.map_or(cost, |least| least.min(cost)));
+            }
             (self.submission, self.cpu_record_ns) = (slot.submission, slot.cpu_record_ns);
         }
     }
@@ -55,7 +61,10 @@ impl Frame {
             .iter()
             .filter(|s| s.submission <= done && s.stamps > 0);
         let newest = ready.max_by_key(|s| s.submission);
-        let mut fresh = Stamps::default();
+        let mut fresh = Stamps {
+            empty: self.harvest.empty,
+            ..Stamps::default()
+        };
         if let Some(slot) = newest.filter(|s| s.submission > self.harvest.submission) {
             fresh.take(slot);
         }
@@ -67,12 +76,20 @@ impl Frame {
         (stamps.submission > 0).then(|| self.report(stamps))
     }
 
+    /// Between two timestamps lies what one of them costs, which is no step's time.
     fn report(&self, stamps: &Stamps) -> FrameTimings {
+        let shared = &self.gpu.shared;
         let ns: Vec<_> = stamps
             .ticks
             .iter()
-            .map(|t| self.gpu.shared.nanoseconds(*t))
+            .map(|t| shared.nanoseconds(*t))
             .collect();
+        let cost = shared.nanoseconds(stamps.empty.unwrap_or(0));
+        let (end, spans) = match ns[..] {
+            [.., end, _] => (end, ns.len() as u64 - 2),
+            _ => (0, 0),
+        };
+        let begin = ns.first().copied().unwrap_or(end);
         let passes = stamps.intervals.iter().map(|interval| {
             let step = &self.steps[interval.row as usize];
             let stamp = interval.stamp as usize;
@@ -81,15 +98,13 @@ impl Frame {
                 label: step.label.to_string_lossy().into_owned(),
                 steps: interval.steps,
                 begin_ns: ns[stamp],
-                end_ns: ns[stamp + 1],
+                end_ns: ns[stamp + 1].saturating_sub(cost).max(ns[stamp]),
             }
         });
         FrameTimings {
             passes: passes.collect(),
-            gpu_ns: ns
-                .last()
-                .zip(ns.first())
-                .map_or(0, |(end, begin)| end.saturating_sub(*begin)),
+            gpu_ns: end.saturating_sub(begin + spans * cost),
+            stamp_ns: cost,
             turns: stamps.turns,
             cpu_record_ns: stamps.cpu_record_ns,
         }

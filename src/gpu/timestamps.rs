@@ -22,7 +22,7 @@ pub enum Profile {
     /// Without timestamps.
     #[default]
     Off,
-    /// The whole of every frame, and the passes in turn, so that the average frame has at most six timestamps. A pass is
+    /// The whole of every frame, and the passes in turn, so that the average frame has at most seven timestamps. A pass is
     /// timed in all its steps of a frame, or not in this frame.
     Sampled,
     /// Every step of every frame.

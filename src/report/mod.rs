@@ -71,8 +71,11 @@ pub struct FrameTimings {
     /// One a timed step, or one a run of steps of one name; in the order of the frame. A sampled profile has only the
     /// names of one turn, each with all its steps.
     pub passes: Vec<PassTiming>,
-    /// From the frame's first to its last timestamp, nanoseconds.
+    /// From the frame's begin to its end without the timestamps in between, nanoseconds.
     pub gpu_ns: u64,
+    /// What a timestamp costs, nanoseconds: the least time seen between two with nothing between them. It is taken off
+    /// all times here; on a device that drains its queue at every timestamp it is as long as a short pass.
+    pub stamp_ns: u64,
     /// Frames in a row that time every name at least once: 1 where every step is timed.
     pub turns: u32,
     /// Recording of the command buffer on the CPU, nanoseconds.
@@ -106,7 +109,7 @@ pub struct PassTiming {
     pub steps: u32,
     /// Begin, nanoseconds on the device's clock.
     pub begin_ns: u64,
-    /// End, nanoseconds on the device's clock.
+    /// End, nanoseconds on the device's clock, without the timestamp that tells it.
     pub end_ns: u64,
 }
 

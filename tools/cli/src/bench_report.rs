@@ -29,6 +29,8 @@ pub(crate) struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     profiling: Option<Profiling>,
     #[serde(skip)]
+    stamp_us: f64,
+    #[serde(skip)]
     fetching: Option<Fetching>,
 }
 
@@ -146,6 +148,7 @@ impl Report {
             ceiling: measured.ceilings.iter().copied().reduce(Ceiling::max),
             fetches_per_frame: mean(samples, |i| i.fetches as f64),
             profiling: compared.then(|| Profiling::new(on, off, samples.turns)),
+            stamp_us: samples.stamp_ns as f64 / 1e3,
             fetching: Fetching::new(measured),
         }
     }
@@ -221,7 +224,11 @@ impl Report {
         let whole = self.frame.gpu_ms.p50;
         if sum > 0.0 && whole > 0.0 {
             let share = percent(sum, whole);
-            format!("\npasses add up to {share} of the frame, sum of medians over median")
+            format!(
+                "\npasses add up to {share} of the frame, sum of medians over median; \
+                 {:.1} µs a timestamp are taken off",
+                self.stamp_us
+            )
         } else {
             String::new()
         }

@@ -16,6 +16,8 @@ pub(crate) struct Samples {
     passes: Vec<Pass>,
     /// Frames in a row that time every pass.
     pub(crate) turns: usize,
+    /// What a timestamp costs; taken off all times.
+    pub(crate) stamp_ns: u64,
     pub(crate) gpu_ns: Vec<u64>,
     pub(crate) cpu_record_ns: Vec<u64>,
     pub(crate) wall_ns: Vec<u64>,
@@ -54,6 +56,7 @@ impl Samples {
 
     fn add(&mut self, timings: &FrameTimings) {
         self.turns = timings.turns as usize;
+        self.stamp_ns = timings.stamp_ns;
         self.gpu_ns.push(timings.gpu_ns);
         self.cpu_record_ns.push(timings.cpu_record_ns);
         let frame = self.gpu_ns.len() - 1;
@@ -138,6 +141,7 @@ mod tests {
             samples.add(&FrameTimings {
                 passes,
                 turns: 2,
+                stamp_ns: 0,
                 gpu_ns: 5_000_000,
                 cpu_record_ns: 1,
             });
