@@ -1,12 +1,13 @@
-// The composed field at every vertex: iso-values at rest, and the field that the output reports.
+// The composed field at every vertex of the rest pose: iso-values and the directions of the gradients.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 2
+#define FIRST_FIELD_BINDING 3
 #include "shared/field.glsl"
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, std430) readonly buffer Positions { vec4 position[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Values { float value[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer Directions { vec4 direction[]; }; // unit, or 0 without a gradient
 layout(push_constant) uniform Constants {
     uint vertices;
 } constants;
@@ -14,6 +15,8 @@ layout(push_constant) uniform Constants {
 void main() {
     uint v = gl_GlobalInvocationID.x;
     if (v < constants.vertices) {
-        value[v] = evaluate(position[v].xyz).x;
+        vec4 sampled = evaluate(position[v].xyz);
+        value[v] = sampled.x;
+        direction[v] = vec4(sampled.yzw / max(length(sampled.yzw), 1e-20), 0.0);
     }
 }

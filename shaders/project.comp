@@ -1,10 +1,12 @@
 // Projection of live vertices onto their iso-values by clamped Newton steps (Eq. 4 with its sign put right).
 // A vertex stops in contact where the gradient turns (section 5) or where the distance to the iso-value grows (a pit);
-// the last accepted point stays its anchor. Each workgroup counts its survivors for the compaction that follows.
+// the last accepted point stays its anchor. So does one that would leave a fold sideways, at right angles to its skin.
+// Each workgroup counts its survivors for the compaction that follows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 11
+#define FIRST_FIELD_BINDING 13
 #include "shared/field.glsl"
+#include "shared/rotation.glsl"
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, std430) readonly buffer List { uint list[]; };
@@ -18,6 +20,8 @@ layout(set = 0, binding = 7, std430) buffer Anchors { vec4 anchor[]; }; // last 
 layout(set = 0, binding = 8, std430) buffer Gradients { vec4 gradient[]; }; // at the anchor; w: field
 layout(set = 0, binding = 9, std430) buffer Status { uint status[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer GroupCounts { uint group_count[]; };
+layout(set = 0, binding = 11, std430) readonly buffer Directions { vec4 direction[]; }; // of the gradient at rest
+layout(set = 0, binding = 12, std430) readonly buffer Rotations { vec4 rotation[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
     uint steps; // Newton steps of this call
@@ -35,6 +39,8 @@ const uint HOLD = 4u; // vertices in contact stay where they are and are only me
 const float STEP = 0.1; // longest step over the part's radius
 const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
 const float PIT = 1e-5; // growth of |f − iso| that rounding explains
+const float SIDEWAYS = 0.45; // |cosine| between the gradient and its direction at rest, carried along, that is neither way
+const float DEEP = 0.02; // |f − iso| from which on a vertex may not leave sideways
 const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
 
 shared uint survivors;
@@ -57,6 +63,7 @@ void main() {
         float iso = iso_value[v], radius = vertex[v].radius * fields.box_scale.w;
         vec3 x = start[v].xyz, home = geometric[v].xyz;
         vec4 last = anchor[v], slope = gradient[v];
+        vec3 expected = rotate(rotation[v], direction[v].xyz);
         bool known = (constants.flags & FRESH) == 0u;
         bool hold = (constants.flags & HOLD) != 0u;
         bool held = hold && state_of(word) == CONTACT;
@@ -78,10 +85,16 @@ void main() {
                 allowed = PIT;
                 if (held) {
                     state = CONTACT;
+                } else if (off < constants.tolerance && dot(g, expected) < 0.0) {
+                    state = CONTACT;
+                    x = hold ? start[v].xyz : home;
+                    last.xyz = x;
                 } else if (off < constants.tolerance) {
                     state = ON_ISO;
                 } else if (steep * radius < FLAT) {
                     state = OUTSIDE;
+                } else if (off > DEEP && abs(dot(g, expected)) < SIDEWAYS * steep) {
+                    state = CONTACT;
                 } else if (s < constants.steps) {
                     x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
                     x = home + shorten(x - home, radius);

@@ -90,7 +90,11 @@ pub(super) fn measure_iso(sizes: &Sizes) -> Vec<Step> {
     let constants = pass::measure::Constants {
         vertices: sizes.vertices,
     };
-    let bind = with_field(&[Resource::Positions, Resource::IsoValues]);
+    let bind = with_field(&[
+        Resource::Positions,
+        Resource::IsoValues,
+        Resource::Directions,
+    ]);
     let extent = Extent::Items(sizes.vertices);
     let measure = dispatch(pass!(measure), &bind, &constants, extent);
     [&index(sizes)[..], &[composed(measure, sizes)]].concat()
@@ -332,6 +336,8 @@ fn project(
         Resource::Gradients,
         Resource::Status,
         Resource::GroupCounts,
+        Resource::Directions,
+        Resource::Rotations,
     ]);
     dispatch(pass!(project), &bind, &constants, Extent::Indirect(head))
 }

@@ -63,6 +63,7 @@ resources! {
     SeedList "seed_list" Static Mesh,
     SeedDispatches "seed_dispatches" Static Mesh,
     IsoValues "iso_values" Static Mesh,
+    Directions "directions" Static Mesh,
     Opening "opening" Static Operators,
     Atlas "atlas" Image Fields,
     Operators "operators" Image Operators,

@@ -158,6 +158,7 @@ impl Statics {
             Resource::SmoothNormals,
             Resource::Anchors,
             Resource::Gradients,
+            Resource::Directions,
         ];
         for r in vectors {
             self.size::<[f32; 4]>(r, vertices);

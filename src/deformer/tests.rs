@@ -18,8 +18,8 @@ const ROUNDING: f32 = 2e-5;
 const FILTERING: f32 = 2e-4;
 
 pub(super) fn gpu() -> Option<Gpu> {
-    if std::env::var_os("DERMIS_NO_GPU").is_some() {
-        eprintln!("skipped: DERMIS_NO_GPU is set");
+    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
+        eprintln!("skipped: DERMIS_NO_GPU is 1");
         return None;
     }
     let options = GpuOptions {

@@ -5,7 +5,6 @@ use bytemuck::cast_slice;
 use super::{Device, Method, Settings, machine::no_image, statics::Statics};
 use crate::{
     Error, Result,
-    compose::volume,
     field::{AtlasLayout, GridInput, atlas_layout},
     frame::FrameBuilder,
     gpu::{Class, Format, Gpu, Image3d},
@@ -101,10 +100,7 @@ fn operators(rig: &Rig, statics: &Statics) -> Image {
     if statics.operators.is_empty() {
         return no_image();
     }
-    let volumes = statics
-        .operators
-        .iter()
-        .map(|o| volume(*o, rig.composition.magnitude));
+    let volumes = statics.operators.iter().map(|o| rig.volume(*o));
     let texels: Vec<_> = volumes.flat_map(|v| v.texels).collect();
     let edge = crate::compose::EDGE as u32;
     Image {

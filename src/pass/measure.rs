@@ -1,4 +1,4 @@
-//! The composed field at every vertex: iso-values at rest, and the field that the output reports.
+//! The composed field at every vertex of the rest pose: iso-values and the directions of the gradients.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -18,6 +18,10 @@ pub const DECLARATION: Declaration = Declaration {
         },
         Binding {
             name: "values",
+            access: Access::Write,
+        },
+        Binding {
+            name: "directions",
             access: Access::Write,
         },
         Binding {

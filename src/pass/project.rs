@@ -57,6 +57,14 @@ pub const DECLARATION: Declaration = Declaration {
             access: Access::Write,
         },
         Binding {
+            name: "directions",
+            access: Access::Read,
+        },
+        Binding {
+            name: "rotations",
+            access: Access::Read,
+        },
+        Binding {
             name: "fields",
             access: Access::Uniform,
         },

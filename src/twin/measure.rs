@@ -11,9 +11,16 @@ pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let position = args.read::<[f32; 4]>(0);
     let value = args.write::<f32>(1);
-    let field = Composite::new(args, 2);
-    value[..c.vertices as usize]
+    let direction = args.write::<[f32; 4]>(2);
+    let field = Composite::new(args, 3);
+    let count = c.vertices as usize;
+    value[..count]
         .par_iter_mut()
+        .zip(&mut direction[..count])
         .zip(position)
-        .for_each(|(value, p)| *value = field.evaluate(Vec3::from_slice(p), &mut 0).0);
+        .for_each(|((value, direction), p)| {
+            let (f, g) = field.evaluate(Vec3::from_slice(p), &mut 0);
+            *value = f;
+            *direction = (g / g.length().max(1e-20)).extend(0.0).to_array();
+        });
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Args,
-    shared::{field::Composite, list},
+    shared::{field::Composite, list, rotation::rotate},
 };
 use crate::{
     layout::{Vertex, state},
@@ -15,6 +15,8 @@ use crate::{
 const STEP: f32 = 0.1;
 const FLAT: f32 = 1e-3;
 const PIT: f32 = 1e-5;
+const SIDEWAYS: f32 = 0.45;
+const DEEP: f32 = 0.02;
 const RELAXED_PIT: f32 = 0.02;
 
 /// What the pass knows of one vertex.
@@ -24,6 +26,7 @@ struct March {
     anchor: Vec4,
     gradient: Vec4,
     status: u32,
+    expected: Vec3,
 }
 
 /// Projects the listed vertices.
@@ -39,7 +42,9 @@ pub fn run(args: &mut Args<'_>) {
     let gradient = args.write::<[f32; 4]>(8);
     let status = args.write::<u32>(9);
     let group_count = args.write::<u32>(10);
-    let field = Composite::new(args, 11);
+    let direction = args.read::<[f32; 4]>(11);
+    let rotation = args.read::<[f32; 4]>(12);
+    let field = Composite::new(args, 13);
     let done: Vec<March> = listed
         .par_iter()
         .map(|&v| {
@@ -49,6 +54,10 @@ pub fn run(args: &mut Args<'_>) {
                 anchor: Vec4::from_array(anchor[v]),
                 gradient: Vec4::from_array(gradient[v]),
                 status: status[v],
+                expected: rotate(
+                    Vec4::from_array(rotation[v]),
+                    Vec3::from_slice(&direction[v]),
+                ),
             };
             let radius = vertices[v].radius * field.scale();
             march(
@@ -109,10 +118,16 @@ fn march(
         allowed = PIT;
         if held {
             now = state::CONTACT;
+        } else if off < c.tolerance && g.dot(m.expected) < 0.0 {
+            now = state::CONTACT;
+            m.x = if hold { begin.x } else { home };
+            m.anchor = m.x.extend(m.anchor.w);
         } else if off < c.tolerance {
             now = state::ON_ISO;
         } else if steep * radius < FLAT {
             now = state::OUTSIDE;
+        } else if off > DEEP && g.dot(m.expected).abs() < SIDEWAYS * steep {
+            now = state::CONTACT;
         } else if s < c.steps {
             m.x += shorten(c.sigma * (iso - f) / (steep * steep) * g, STEP * radius);
             m.x = home + shorten(m.x - home, radius);
