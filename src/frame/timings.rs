@@ -13,10 +13,30 @@ pub(super) struct Stamps {
     pub(super) ticks: Vec<u64>,
     /// See [`FrameTimings::turns`].
     pub(super) turns: u32,
-    /// Least ticks that any submission had between its last two timestamps, with nothing between them: the cost of one.
-    pub(super) empty: Option<u64>,
+    pub(super) empty: Empty,
     /// Recording on the CPU.
     pub(super) cpu_record_ns: u64,
+}
+
+/// Ticks between the last two timestamps of a few submissions, with nothing between them: the cost of one.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Empty {
+    ticks: [u64; 15],
+    seen: usize,
+}
+
+impl Empty {
+    fn add(&mut self, ticks: u64) {
+        self.ticks[self.seen % self.ticks.len()] = ticks;
+        self.seen += 1;
+    }
+
+    /// The median: a thread that was taken off its core in one of them says nothing of the others.
+    fn cost(mut self) -> u64 {
+        let seen = self.seen.min(self.ticks.len());
+        self.ticks[..seen].sort_unstable();
+        self.ticks[seen / 2]
+    }
 }
 
 impl Stamps {
@@ -43,8 +63,7 @@ impl Stamps {
             self.intervals.clone_from(&slot.intervals);
             self.turns = slot.turns;
             if let [.., end, empty] = self.ticks[..] {
-                let cost = empty.wrapping_sub(end);
-                self.empty = Some(self.empty.map_or(cost, |least| least.min(cost)));
+                self.empty.add(empty.wrapping_sub(end));
             }
             (self.submission, self.cpu_record_ns) = (slot.submission, slot.cpu_record_ns);
         }
@@ -84,7 +103,7 @@ impl Frame {
             .iter()
             .map(|t| shared.nanoseconds(*t))
             .collect();
-        let cost = shared.nanoseconds(stamps.empty.unwrap_or(0));
+        let cost = shared.nanoseconds(stamps.empty.cost());
         let (end, spans) = match ns[..] {
             [.., end, _] => (end, ns.len() as u64 - 2),
             _ => (0, 0),
@@ -108,5 +127,23 @@ impl Frame {
             turns: stamps.turns,
             cpu_record_ns: stamps.cpu_record_ns,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_timestamp_costs_the_median_of_the_last_empty_intervals() {
+        let mut empty = Empty::default();
+        assert_eq!(empty.cost(), 0);
+        empty.add(7);
+        assert_eq!(empty.cost(), 7);
+        empty.add(3);
+        empty.add(9_000_000);
+        assert_eq!(empty.cost(), 7);
+        (20..35).for_each(|ticks| empty.add(ticks));
+        assert_eq!(empty.cost(), 27);
     }
 }

@@ -73,8 +73,8 @@ pub struct FrameTimings {
     pub passes: Vec<PassTiming>,
     /// From the frame's begin to its end without the timestamps in between, nanoseconds.
     pub gpu_ns: u64,
-    /// What a timestamp costs, nanoseconds: the least time seen between two with nothing between them. It is taken off
-    /// all times here; on a device that drains its queue at every timestamp it is as long as a short pass.
+    /// What a timestamp costs, nanoseconds: the median time between two with nothing between them. It is taken off all
+    /// times here; on a device that drains its queue at every timestamp it is as long as a short pass.
     pub stamp_ns: u64,
     /// Frames in a row that time every name at least once: 1 where every step is timed.
     pub turns: u32,

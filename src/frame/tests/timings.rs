@@ -13,7 +13,8 @@ fn timings_cover_every_step_in_order_and_add_up() {
     };
     let (mut frame, _) = chain(&gpu);
     assert_eq!(frame.timings(), None);
-    frame.run().unwrap();
+    // The cost of a timestamp is a median.
+    (0..15).for_each(|_| frame.run().unwrap());
     let timings = frame.timings().unwrap();
     let names: Vec<_> = timings.passes.iter().map(|p| &*p.name).collect();
     assert_eq!(names, ["fill", "add", "double", "add", "copy"]);
@@ -71,10 +72,10 @@ fn sampled_timings_have_all_steps_of_a_name_or_none_and_every_name_in_its_turn()
         frame.run().unwrap();
         let timings = frame.timings().unwrap();
         let sum: u64 = timings.passes.iter().map(|p| p.nanoseconds()).sum();
-        assert!(timings.gpu_ns > 0 && sum <= timings.gpu_ns + 12 * timings.stamp_ns);
-        for (name, steps, ns) in timings.by_name() {
+        let stamps = 2 * timings.passes.len() as u64 + 1;
+        assert!(sum <= timings.gpu_ns + stamps * timings.stamp_ns);
+        for (name, steps, _) in timings.by_name() {
             assert_eq!(steps, if name == "fill" { 3 } else { 6 });
-            assert!(ns > 0, "{name}");
             *seen.entry(name.to_string()).or_insert(0) += 1;
         }
         let fills = timings.passes.iter().filter(|p| p.name == "fill");
