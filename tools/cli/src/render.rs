@@ -35,6 +35,7 @@ Examples:
   dermis render CesiumMan.glb -o man.png --time 0.5
   dermis render arm.glb -o compare.png --pose bent.json --compare lbs,dqs,implicit --view front
   dermis render arm.glb -o error.png --pose bent.json --shade error --wireframe
+  dermis render hand.glb -o knuckle.png --clip fist --time 0.5 --view side --focus index_2
   dermis render mannequin.glb -o table --turntable 36
   dermis render mannequin.glb -o walk --clip walk --frames 0..30 --compare lbs,implicit")]
 pub(crate) struct Args {
@@ -60,6 +61,9 @@ pub(crate) struct Args {
     /// Where from: front, side, top or three-quarter.
     #[arg(long, default_value = "three-quarter", value_name = "VIEW")]
     view: View,
+    /// Draw close up what lies around this joint, rather than the whole character.
+    #[arg(long, value_name = "JOINT")]
+    focus: Option<String>,
     /// Parallel rays instead of a lens.
     #[arg(long)]
     orthographic: bool,
@@ -118,6 +122,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     // Made before the work, so that an unwritable place is found at once.
     let mut gallery = Gallery::open(&args.output, args.force)?;
     let character = Character::load(&args.file)?;
+    if let Some(joint) = &args.focus {
+        character.skeleton.find(joint)?;
+    }
     let frames = Frames::choose(&args.poses, &character, Fallback::Rest, 90.0, &console)?;
     let shots = shots(args, &frames)?;
     let session = Session::open(character, &args.rig, &args.device, Profile::Off, &console)?;

@@ -58,6 +58,11 @@ fn an_unknown_joint_is_named() {
         "cpu",
     ]);
     assert!(error.contains("tail"), "{error}");
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.png");
+    let out = out.to_str().unwrap();
+    let error = refused(&["render", &asset("arm.glb"), "-o", out, "--focus", "wing"]);
+    assert!(error.contains("wing"), "{error}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use common::{asset, dermis, good, stderr};
 #[test]
 fn every_command_has_help_with_examples() {
     let general = good(&["--help"]);
-    for command in ["devices", "info", "bake", "bench", "profile"] {
+    for command in ["devices", "info", "bake", "render", "bench", "profile"] {
         assert!(general.contains(command), "{general}");
         let help = good(&[command, "--help"]);
         assert!(help.contains("Examples:"), "{command}: {help}");
@@ -37,7 +37,7 @@ fn commands_that_deform_share_their_options() {
         "--json",
         "--quiet",
     ];
-    for command in ["bake", "bench", "profile"] {
+    for command in ["bake", "render", "bench", "profile"] {
         let help = good(&[command, "--help"]);
         for option in shared {
             assert!(help.contains(option), "{command} {option}: {help}");

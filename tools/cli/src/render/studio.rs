@@ -34,7 +34,10 @@ impl Studio {
     ) -> Result<Self> {
         let gpu = drawing_device(args, session)?;
         let renderer = Renderer::new(&gpu, args.size.0, args.size.1)?;
-        let bounds = bounds(session, shots, upright)?;
+        let bounds = match &args.focus {
+            Some(joint) => close_up(session, shots, upright, joint)?,
+            None => bounds(session, shots, upright)?,
+        };
         let bounds = match args.turntable {
             Some(_) => bounds.turned(),
             None => bounds,
@@ -125,6 +128,44 @@ fn bounds(session: &Session, shots: &[Shot], upright: Quat) -> Result<Bounds> {
     Ok(union.unwrap_or_else(|| Bounds::of(&session.model.positions)))
 }
 
+/// A joint's surroundings in all shots: a ball of twice the radius of its part of the skin.
+fn close_up(session: &Session, shots: &[Shot], upright: Quat, name: &str) -> Result<Bounds> {
+    let rig = &session.rig;
+    let joint = rig.skeleton.find(name)?;
+    let origin = rig.skeleton.origin(joint);
+    let posed = |shot: &Shot| shot.frame.pose.matrices[joint].transform_point3(origin);
+    let centres: Vec<Vec3> = shots.iter().map(posed).collect();
+    let balls = balls(&turned(&centres, upright), 2.0 * rig.radius[joint]);
+    Ok(Bounds::of(&balls))
+}
+
+/// The ends of each ball's axes.
+fn balls(centres: &[Vec3], radius: f32) -> Vec<Vec3> {
+    let ends = |c: &Vec3| Vec3::AXES.map(|axis| [*c + axis * radius, *c - axis * radius]);
+    centres.iter().flat_map(ends).flatten().collect()
+}
+
 fn turned(vectors: &[Vec3], turn: Quat) -> Vec<Vec3> {
     vectors.iter().map(|&v| turn * v).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn balls_reach_their_radius_on_all_sides_of_every_centre() {
+        let centres = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(-4.0, 0.0, 0.5)];
+        let points = balls(&centres, 0.5);
+        assert_eq!(points.len(), 12);
+        for (of, centre) in points.chunks(6).zip(centres) {
+            let low = of.iter().copied().reduce(Vec3::min);
+            let high = of.iter().copied().reduce(Vec3::max);
+            assert_eq!(
+                (low, high),
+                (Some(centre - 0.5), Some(centre + 0.5)),
+                "{of:?}"
+            );
+        }
+    }
 }
