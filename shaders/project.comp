@@ -1,7 +1,8 @@
 // Projection of live vertices onto their iso-values by clamped Newton steps (Eq. 4 with its sign put right).
 // A vertex stops in contact where the gradient turns (section 5) or where the distance to the iso-value grows (a pit);
-// the last accepted point stays its anchor. So does one that would leave a fold sideways, at right angles to its skin.
-// Each workgroup counts its survivors for the compaction that follows.
+// the last accepted point stays its anchor. One that went sideways out of a deep fold, at right angles
+// to its skin, or arrives inside out stays in contact where its joints carried it. Each workgroup counts its survivors
+// for the compaction that follows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 13
@@ -39,8 +40,8 @@ const uint HOLD = 4u; // vertices in contact stay where they are and are only me
 const float STEP = 0.1; // longest step over the part's radius
 const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
 const float PIT = 1e-5; // growth of |f − iso| that rounding explains
-const float SIDEWAYS = 0.45; // |cosine| between the gradient and its direction at rest, carried along, that is neither way
-const float DEEP = 0.02; // |f − iso| from which on a vertex may not leave sideways
+const float SIDEWAYS = 0.35; // |cosine| between the gradient and its direction at rest, carried along, that is neither way
+const float DEEP = 0.02; // |f − iso| from which on sideways steps lead astray
 const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
 
 shared uint survivors;
@@ -59,7 +60,8 @@ void main() {
         uint v = list[gl_GlobalInvocationID.x];
         uint word = status[v];
         uint evaluations = (word >> 8) & 0xffu;
-        fetches = word >> 16;
+        fetches = (word >> 16) & 0x7fffu;
+        bool strayed = (word & STRAYED) != 0u;
         float iso = iso_value[v], radius = vertex[v].radius * fields.box_scale.w;
         vec3 x = start[v].xyz, home = geometric[v].xyz;
         vec4 last = anchor[v], slope = gradient[v];
@@ -83,9 +85,10 @@ void main() {
                 slope = vec4(g, sampled.x);
                 known = true;
                 allowed = PIT;
+                strayed = strayed || (off > DEEP && abs(dot(g, expected)) < SIDEWAYS * steep);
                 if (held) {
                     state = CONTACT;
-                } else if (off < constants.tolerance && dot(g, expected) < 0.0) {
+                } else if (off < constants.tolerance && (strayed || dot(g, expected) < 0.0)) {
                     state = CONTACT;
                     x = hold ? start[v].xyz : home;
                     last.xyz = x;
@@ -93,8 +96,6 @@ void main() {
                     state = ON_ISO;
                 } else if (steep * radius < FLAT) {
                     state = OUTSIDE;
-                } else if (off > DEEP && abs(dot(g, expected)) < SIDEWAYS * steep) {
-                    state = CONTACT;
                 } else if (s < constants.steps) {
                     x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
                     x = home + shorten(x - home, radius);
@@ -107,7 +108,7 @@ void main() {
         position[v] = vec4(x, slope.w);
         anchor[v] = last;
         gradient[v] = slope;
-        status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0xffffu) << 16;
+        status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16 | (strayed ? STRAYED : 0u);
         if (state == LIVE) {
             atomicAdd(survivors, 1u);
         }

@@ -45,7 +45,9 @@ const uint OUTSIDE = 3u;
 const uint LIMIT = 4u;
 const uint LIVE = 5u;
 
-// A status word: state in bits 0–7, evaluations in 8–15, fetches in 16–31 (both saturate).
+// A status word: state in bits 0–7, evaluations in 8–15, fetches in 16–30 (both saturate), strayed in 31.
+const uint STRAYED = 0x80000000u;
+
 uint state_of(uint status) {
     return status & 0xffu;
 }

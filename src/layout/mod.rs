@@ -41,10 +41,13 @@ pub mod state {
         (status >> 8) & 0xff
     }
 
-    /// Texture fetches in a status word, saturated at 65535.
+    /// Texture fetches in a status word, saturated at 32767.
     pub fn fetches(status: u32) -> u32 {
-        status >> 16
+        (status >> 16) & 0x7fff
     }
+
+    /// Bit of a status word: the vertex went sideways out of a deep fold.
+    pub const STRAYED: u32 = 0x8000_0000;
 }
 
 /// A welded vertex at rest.

@@ -15,7 +15,7 @@ use crate::{
 const STEP: f32 = 0.1;
 const FLAT: f32 = 1e-3;
 const PIT: f32 = 1e-5;
-const SIDEWAYS: f32 = 0.45;
+const SIDEWAYS: f32 = 0.35;
 const DEEP: f32 = 0.02;
 const RELAXED_PIT: f32 = 0.02;
 
@@ -95,6 +95,7 @@ fn march(
     let mut m = begin;
     let mut evaluations = state::evaluations(m.status);
     let mut fetches = state::fetches(m.status);
+    let mut strayed = m.status & state::STRAYED != 0;
     let mut known = c.flags & FRESH == 0;
     let hold = c.flags & HOLD != 0;
     let held = hold && state::of(m.status) == state::CONTACT;
@@ -116,9 +117,10 @@ fn march(
         m.gradient = g.extend(f);
         known = true;
         allowed = PIT;
+        strayed |= off > DEEP && g.dot(m.expected).abs() < SIDEWAYS * steep;
         if held {
             now = state::CONTACT;
-        } else if off < c.tolerance && g.dot(m.expected) < 0.0 {
+        } else if off < c.tolerance && (strayed || g.dot(m.expected) < 0.0) {
             now = state::CONTACT;
             m.x = if hold { begin.x } else { home };
             m.anchor = m.x.extend(m.anchor.w);
@@ -126,8 +128,6 @@ fn march(
             now = state::ON_ISO;
         } else if steep * radius < FLAT {
             now = state::OUTSIDE;
-        } else if off > DEEP && g.dot(m.expected).abs() < SIDEWAYS * steep {
-            now = state::CONTACT;
         } else if s < c.steps {
             m.x += shorten(c.sigma * (iso - f) / (steep * steep) * g, STEP * radius);
             m.x = home + shorten(m.x - home, radius);
@@ -138,7 +138,8 @@ fn march(
             break;
         }
     }
-    m.status = now | evaluations.min(255) << 8 | fetches.min(0xffff) << 16;
+    m.status = now | evaluations.min(255) << 8 | fetches.min(0x7fff) << 16;
+    m.status |= if strayed { state::STRAYED } else { 0 };
     m
 }
 
