@@ -24,6 +24,28 @@ pub struct Binding {
     pub access: Access,
 }
 
+impl Binding {
+    /// A binding.
+    pub const fn new(name: &'static str, access: Access) -> Self {
+        Self { name, access }
+    }
+
+    /// A `readonly` storage buffer.
+    pub const fn read(name: &'static str) -> Self {
+        Self::new(name, Access::Read)
+    }
+
+    /// A `writeonly` storage buffer.
+    pub const fn write(name: &'static str) -> Self {
+        Self::new(name, Access::Write)
+    }
+
+    /// A storage buffer that is read and written.
+    pub const fn read_write(name: &'static str) -> Self {
+        Self::new(name, Access::ReadWrite)
+    }
+}
+
 /// What a pass does with a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {

@@ -1,6 +1,6 @@
 //! Copies vectors as fast as the device can: the ceiling of passes that stream vertices.
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// `count` invocations copy one vec4 each.
 pub const DECLARATION: Declaration = Declaration {
@@ -9,16 +9,7 @@ pub const DECLARATION: Declaration = Declaration {
         env!("CARGO_MANIFEST_DIR"),
         "/shaders/spirv/ceiling_copy.spv"
     )),
-    bindings: &[
-        Binding {
-            name: "source",
-            access: Access::Read,
-        },
-        Binding {
-            name: "target",
-            access: Access::Write,
-        },
-    ],
+    bindings: &[Binding::read("source"), Binding::write("target")],
     constants: 4,
     local_size: [64, 1, 1],
 };

@@ -13,14 +13,8 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/ceiling_fetch.spv"
     )),
     bindings: &[
-        Binding {
-            name: "atlas",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "sums",
-            access: Access::Write,
-        },
+        Binding::new("atlas", Access::Sampled),
+        Binding::write("sums"),
     ],
     constants: 4,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,26 +12,11 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/compact.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::ReadWrite,
-        },
-        Binding {
-            name: "flags",
-            access: Access::Read,
-        },
-        Binding {
-            name: "group_counts",
-            access: Access::Read,
-        },
-        Binding {
-            name: "kept",
-            access: Access::Write,
-        },
+        Binding::read("list"),
+        Binding::read_write("dispatches"),
+        Binding::read("flags"),
+        Binding::read("group_counts"),
+        Binding::write("kept"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,22 +12,10 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/count.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "flags",
-            access: Access::Read,
-        },
-        Binding {
-            name: "group_counts",
-            access: Access::Write,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("flags"),
+        Binding::write("group_counts"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

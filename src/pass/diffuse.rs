@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,38 +12,14 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/diffuse.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "ring_offsets",
-            access: Access::Read,
-        },
-        Binding {
-            name: "rings",
-            access: Access::Read,
-        },
-        Binding {
-            name: "status",
-            access: Access::Read,
-        },
-        Binding {
-            name: "region",
-            access: Access::Read,
-        },
-        Binding {
-            name: "betas",
-            access: Access::Read,
-        },
-        Binding {
-            name: "diffused",
-            access: Access::Write,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("ring_offsets"),
+        Binding::read("rings"),
+        Binding::read("status"),
+        Binding::read("region"),
+        Binding::read("betas"),
+        Binding::write("diffused"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

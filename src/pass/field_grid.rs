@@ -15,22 +15,10 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/field_grid.spv"
     )),
     bindings: &[
-        Binding {
-            name: "fields",
-            access: Access::Read,
-        },
-        Binding {
-            name: "centers",
-            access: Access::Read,
-        },
-        Binding {
-            name: "segments",
-            access: Access::Read,
-        },
-        Binding {
-            name: "atlas",
-            access: Access::ImageWrite,
-        },
+        Binding::read("fields"),
+        Binding::read("centers"),
+        Binding::read("segments"),
+        Binding::new("atlas", Access::ImageWrite),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [4, 4, 4],

@@ -10,14 +10,8 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/index.spv"
     )),
     bindings: &[
-        Binding {
-            name: "fields",
-            access: Access::Uniform,
-        },
-        Binding {
-            name: "index",
-            access: Access::ReadWrite,
-        },
+        Binding::new("fields", Access::Uniform),
+        Binding::read_write("index"),
     ],
     constants: 0,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,26 +12,11 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/mark.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "neighbourhood_offsets",
-            access: Access::Read,
-        },
-        Binding {
-            name: "neighbourhoods",
-            access: Access::Read,
-        },
-        Binding {
-            name: "region",
-            access: Access::ReadWrite,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("neighbourhood_offsets"),
+        Binding::read("neighbourhoods"),
+        Binding::read_write("region"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

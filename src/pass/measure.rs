@@ -12,38 +12,14 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/measure.spv"
     )),
     bindings: &[
-        Binding {
-            name: "positions",
-            access: Access::Read,
-        },
-        Binding {
-            name: "values",
-            access: Access::Write,
-        },
-        Binding {
-            name: "directions",
-            access: Access::Write,
-        },
-        Binding {
-            name: "fields",
-            access: Access::Uniform,
-        },
-        Binding {
-            name: "index",
-            access: Access::Read,
-        },
-        Binding {
-            name: "atlas",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "operators",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "opening",
-            access: Access::Read,
-        },
+        Binding::read("positions"),
+        Binding::write("values"),
+        Binding::write("directions"),
+        Binding::new("fields", Access::Uniform),
+        Binding::read("index"),
+        Binding::new("atlas", Access::Sampled),
+        Binding::new("operators", Access::Sampled),
+        Binding::read("opening"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,22 +12,10 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/normals.spv"
     )),
     bindings: &[
-        Binding {
-            name: "corner_offsets",
-            access: Access::Read,
-        },
-        Binding {
-            name: "corners",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::Read,
-        },
-        Binding {
-            name: "smooth_normals",
-            access: Access::Write,
-        },
+        Binding::read("corner_offsets"),
+        Binding::read("corners"),
+        Binding::read("positions"),
+        Binding::write("smooth_normals"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -12,78 +12,24 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/project.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "starts",
-            access: Access::Read,
-        },
-        Binding {
-            name: "geometric",
-            access: Access::Read,
-        },
-        Binding {
-            name: "vertices",
-            access: Access::Read,
-        },
-        Binding {
-            name: "iso_values",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::Write,
-        },
-        Binding {
-            name: "anchors",
-            access: Access::ReadWrite,
-        },
-        Binding {
-            name: "gradients",
-            access: Access::ReadWrite,
-        },
-        Binding {
-            name: "status",
-            access: Access::ReadWrite,
-        },
-        Binding {
-            name: "group_counts",
-            access: Access::Write,
-        },
-        Binding {
-            name: "directions",
-            access: Access::Read,
-        },
-        Binding {
-            name: "rotations",
-            access: Access::Read,
-        },
-        Binding {
-            name: "fields",
-            access: Access::Uniform,
-        },
-        Binding {
-            name: "index",
-            access: Access::Read,
-        },
-        Binding {
-            name: "atlas",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "operators",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "opening",
-            access: Access::Read,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("starts"),
+        Binding::read("geometric"),
+        Binding::read("vertices"),
+        Binding::read("iso_values"),
+        Binding::write("positions"),
+        Binding::read_write("anchors"),
+        Binding::read_write("gradients"),
+        Binding::read_write("status"),
+        Binding::write("group_counts"),
+        Binding::read("directions"),
+        Binding::read("rotations"),
+        Binding::new("fields", Access::Uniform),
+        Binding::read("index"),
+        Binding::new("atlas", Access::Sampled),
+        Binding::new("operators", Access::Sampled),
+        Binding::read("opening"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,42 +12,15 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/relax.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "ring_offsets",
-            access: Access::Read,
-        },
-        Binding {
-            name: "rings",
-            access: Access::Read,
-        },
-        Binding {
-            name: "mean_values",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::Read,
-        },
-        Binding {
-            name: "anchors",
-            access: Access::Read,
-        },
-        Binding {
-            name: "gradients",
-            access: Access::Read,
-        },
-        Binding {
-            name: "relaxed",
-            access: Access::Write,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("ring_offsets"),
+        Binding::read("rings"),
+        Binding::read("mean_values"),
+        Binding::read("positions"),
+        Binding::read("anchors"),
+        Binding::read("gradients"),
+        Binding::write("relaxed"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

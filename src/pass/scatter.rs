@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,38 +12,14 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/scatter.spv"
     )),
     bindings: &[
-        Binding {
-            name: "rows",
-            access: Access::Read,
-        },
-        Binding {
-            name: "row_normals",
-            access: Access::Read,
-        },
-        Binding {
-            name: "vertices",
-            access: Access::Read,
-        },
-        Binding {
-            name: "rotations",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::Read,
-        },
-        Binding {
-            name: "smooth_normals",
-            access: Access::Read,
-        },
-        Binding {
-            name: "skin_positions",
-            access: Access::Write,
-        },
-        Binding {
-            name: "skin_normals",
-            access: Access::Write,
-        },
+        Binding::read("rows"),
+        Binding::read("row_normals"),
+        Binding::read("vertices"),
+        Binding::read("rotations"),
+        Binding::read("positions"),
+        Binding::read("smooth_normals"),
+        Binding::write("skin_positions"),
+        Binding::write("skin_normals"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

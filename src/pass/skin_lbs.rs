@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,38 +12,14 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/skin_lbs.spv"
     )),
     bindings: &[
-        Binding {
-            name: "rows",
-            access: Access::Read,
-        },
-        Binding {
-            name: "row_normals",
-            access: Access::Read,
-        },
-        Binding {
-            name: "vertices",
-            access: Access::Read,
-        },
-        Binding {
-            name: "influence_joints",
-            access: Access::Read,
-        },
-        Binding {
-            name: "influence_weights",
-            access: Access::Read,
-        },
-        Binding {
-            name: "palette",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::Write,
-        },
-        Binding {
-            name: "normals",
-            access: Access::Write,
-        },
+        Binding::read("rows"),
+        Binding::read("row_normals"),
+        Binding::read("vertices"),
+        Binding::read("influence_joints"),
+        Binding::read("influence_weights"),
+        Binding::read("palette"),
+        Binding::write("positions"),
+        Binding::write("normals"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -12,34 +12,13 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/smooth.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "ring_offsets",
-            access: Access::Read,
-        },
-        Binding {
-            name: "rings",
-            access: Access::Read,
-        },
-        Binding {
-            name: "betas",
-            access: Access::Read,
-        },
-        Binding {
-            name: "starts",
-            access: Access::Read,
-        },
-        Binding {
-            name: "smoothed",
-            access: Access::Write,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("ring_offsets"),
+        Binding::read("rings"),
+        Binding::read("betas"),
+        Binding::read("starts"),
+        Binding::write("smoothed"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -12,50 +12,17 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/touch.spv"
     )),
     bindings: &[
-        Binding {
-            name: "list",
-            access: Access::Read,
-        },
-        Binding {
-            name: "dispatches",
-            access: Access::Read,
-        },
-        Binding {
-            name: "anchors",
-            access: Access::Read,
-        },
-        Binding {
-            name: "gradients",
-            access: Access::Read,
-        },
-        Binding {
-            name: "iso_values",
-            access: Access::Read,
-        },
-        Binding {
-            name: "positions",
-            access: Access::ReadWrite,
-        },
-        Binding {
-            name: "fields",
-            access: Access::Uniform,
-        },
-        Binding {
-            name: "index",
-            access: Access::Read,
-        },
-        Binding {
-            name: "atlas",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "operators",
-            access: Access::Sampled,
-        },
-        Binding {
-            name: "opening",
-            access: Access::Read,
-        },
+        Binding::read("list"),
+        Binding::read("dispatches"),
+        Binding::read("anchors"),
+        Binding::read("gradients"),
+        Binding::read("iso_values"),
+        Binding::read_write("positions"),
+        Binding::new("fields", Access::Uniform),
+        Binding::read("index"),
+        Binding::new("atlas", Access::Sampled),
+        Binding::new("operators", Access::Sampled),
+        Binding::read("opening"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],
