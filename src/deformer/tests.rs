@@ -332,3 +332,35 @@ fn the_rest_pose_is_a_fixed_point() {
         }
     }
 }
+
+#[test]
+fn no_vertex_moves_further_than_the_radius_of_its_part() {
+    for file in ["khronos/CesiumMan.glb", "mesh2motion/human-male.glb"] {
+        let (Some(gpu), Some(rig)) = (gpu(), rig(file, &[])) else {
+            return;
+        };
+        let pose = Pose::random(&rig.skeleton, 90.0, 5).unwrap();
+        let skins = [Method::Dqs, Method::Implicit].map(|method| {
+            let settings = Settings {
+                method,
+                ..Settings::default()
+            };
+            let device = Device::Gpu(gpu.clone());
+            let mut deformer = Deformer::new(&device, rig.clone(), &settings).unwrap();
+            deformer.advance(&pose).unwrap();
+            deformer.read().unwrap()
+        });
+        let mut moved = 0;
+        for row in 0..rig.rows.vertex.len() {
+            let v = rig.rows.vertex[row] as usize;
+            let distance = skins[0].positions[row].distance(skins[1].positions[row]);
+            let radius = rig.radius[rig.part[v] as usize];
+            assert!(
+                distance <= 1.001 * radius,
+                "{file} row {row}: {distance} of {radius}"
+            );
+            moved += usize::from(distance > 0.05 * radius);
+        }
+        assert!(moved > 10, "{file}: the pose moves nothing");
+    }
+}

@@ -294,3 +294,31 @@ fn a_trace_has_both_tracks() {
         }
     }
 }
+
+/// Same bits whatever the number of threads that the software rasteriser uses; other drivers ignore the variable.
+#[test]
+fn the_number_of_threads_does_not_change_a_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let baked = ["0", "1", "2"].map(|threads| {
+        let out = folder.path().join(threads);
+        let status = std::process::Command::new(env!("CARGO_BIN_EXE_dermis"))
+            .env("LP_NUM_THREADS", threads)
+            .args([
+                "bake",
+                &asset("arm.glb"),
+                "--random",
+                "2",
+                "--quiet",
+                "--joint",
+                "lower=blend",
+            ])
+            .arg("-o")
+            .arg(&out)
+            .status()
+            .unwrap();
+        assert!(status.success());
+        ["frame_0000.ply", "frame_0001.ply"].map(|name| fs::read(out.join(name)).unwrap())
+    });
+    assert_ne!(baked[0][0], baked[0][1]);
+    assert!(baked[0] == baked[1] && baked[0] == baked[2]);
+}
