@@ -86,6 +86,10 @@ const CULLINGS: [Culling; 4] = [
     },
 ];
 
+/// Between the last samples and a closure at the radius itself the function cuts the corner: a bent elbow lost up to 2.3 %
+/// of its radius there.
+const CLOSURE: f64 = 1.05;
+
 impl Surface {
     pub(super) fn new(parts: &Parts, triangles: &TriangleGrid, joint: usize, own: &[u32]) -> Self {
         let bone = parts.bone(joint, own);
@@ -250,12 +254,12 @@ impl Surface {
 
     /// Adds the closure of each open end, on the bone's line beyond the joint (2013, figure 4d).
     ///
-    /// Its distance from the joint is the least vertex-to-bone distance, the mean of the parts that meet there, so that they close alike.
+    /// Its distance from the joint is [`CLOSURE`] times the least vertex-to-bone distance, the mean of the parts that meet there, so that they close alike.
     fn close(&self, constraints: &mut Vec<Constraint>, all: &[Option<Surface>]) {
         let with = |other: Option<usize>| {
             let other = other.and_then(|j| all.get(j)).and_then(Option::as_ref);
             let s = other.map_or(self.least, |o| 0.5 * (self.least + o.least));
-            s.clamp(0.05 * self.radius, self.radius)
+            CLOSURE * s.clamp(0.05 * self.radius, self.radius)
         };
         let mut add = |joint: DVec3, normal: DVec3, s: f64| {
             let position = joint + s * normal;
