@@ -88,7 +88,7 @@ const CULLINGS: [Culling; 4] = [
 
 /// Between the last samples and a closure at the radius itself the function cuts the corner: a bent elbow lost up to 2.3 %
 /// of its radius there.
-const CLOSURE: f64 = 1.02;
+const CLOSURE: f64 = 1.015;
 
 impl Surface {
     pub(super) fn new(parts: &Parts, triangles: &TriangleGrid, joint: usize, own: &[u32]) -> Self {
