@@ -143,7 +143,12 @@ fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
         let last = round + 1 == settings.rounds;
         let fresh = if round == 0 { pass::project::FRESH } else { 0 };
         let limit = if last { pass::project::LAST } else { 0 };
-        let projection = project(settings, from, round, start, settings.steps, fresh | limit);
+        let count = if last {
+            settings.settling_steps
+        } else {
+            settings.steps
+        };
+        let projection = project(settings, from, round, start, count, fresh | limit);
         steps.push(composed(projection, sizes));
         if !last {
             let to = lists[round as usize % 2];
