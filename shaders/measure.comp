@@ -5,7 +5,7 @@
 #include "shared/field.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer Positions { vec4 position[]; };
+layout(set = 0, binding = 0) uniform samplerBuffer positions;
 layout(set = 0, binding = 1, std430) writeonly buffer Values { float value[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Directions { vec4 direction[]; }; // unit, or 0 without a gradient
 layout(push_constant) uniform Constants {
@@ -15,7 +15,7 @@ layout(push_constant) uniform Constants {
 void main() {
     uint v = gl_GlobalInvocationID.x;
     if (v < constants.vertices) {
-        vec4 sampled = evaluate(position[v].xyz);
+        vec4 sampled = evaluate(fetch(positions, v).xyz);
         value[v] = sampled.x;
         direction[v] = vec4(sampled.yzw / max(length(sampled.yzw), 1e-20), 0.0);
     }

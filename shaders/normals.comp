@@ -1,10 +1,12 @@
 // Area-weighted normals of the welded mesh.
 #version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/texels.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer CornerOffsets { uint corner_offset[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Corners { uint corner[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Positions { vec4 position[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corner_offsets;
+layout(set = 0, binding = 1) uniform usamplerBuffer corners;
+layout(set = 0, binding = 2) uniform samplerBuffer positions;
 layout(set = 0, binding = 3, std430) writeonly buffer SmoothNormals { vec4 smooth_normal[]; };
 layout(push_constant) uniform Constants {
     uint vertices;
@@ -15,9 +17,10 @@ void main() {
     if (v >= constants.vertices) {
         return;
     }
-    vec3 x = position[v].xyz, n = vec3(0.0);
-    for (uint k = corner_offset[v]; k < corner_offset[v + 1u]; k += 2u) {
-        n += cross(position[corner[k]].xyz - x, position[corner[k + 1u]].xyz - x);
+    vec3 x = fetch(positions, v).xyz, n = vec3(0.0);
+    uint begin = word(corner_offsets, v), end = word(corner_offsets, v + 1u);
+    for (uint k = begin; k < end; k += 2u) {
+        n += cross(fetch(positions, word(corners, k)).xyz - x, fetch(positions, word(corners, k + 1u)).xyz - x);
     }
     smooth_normal[v] = vec4(n / max(length(n), 1e-30), 0.0);
 }

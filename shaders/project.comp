@@ -1,28 +1,31 @@
 // Projection of live vertices onto their iso-values by clamped Newton steps (Eq. 4 with its sign put right).
 // A vertex stops in contact where the gradient turns (section 5) or where the distance to the iso-value grows (a pit);
 // the last accepted point stays its anchor. One that went sideways out of a deep fold, at right angles
-// to its skin, or arrives inside out stays in contact where its joints carried it. Each workgroup counts its survivors
-// for the compaction that follows.
+// to its skin, or arrives inside out stays in contact where its joints carried it. Survivors and
+// contacts are entered into sets, for the compactions that follow.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 13
+#define FIRST_FIELD_BINDING 15
 #include "shared/field.glsl"
 #include "shared/rotation.glsl"
+#include "shared/set.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer List { uint list[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Dispatches { Dispatch dispatches[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Starts { vec4 start[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Geometric { vec4 geometric[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Vertices { Vertex vertex[]; };
-layout(set = 0, binding = 5, std430) readonly buffer IsoValues { float iso_value[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
+layout(set = 0, binding = 2) uniform samplerBuffer starts;
+layout(set = 0, binding = 3) uniform samplerBuffer geometric;
+layout(set = 0, binding = 4) uniform samplerBuffer vertices;
+layout(set = 0, binding = 5) uniform usamplerBuffer iso_values;
 layout(set = 0, binding = 6, std430) writeonly buffer Positions { vec4 position[]; }; // w: field
 layout(set = 0, binding = 7, std430) buffer Anchors { vec4 anchor[]; }; // last accepted point; w: distance to the iso-value there
 layout(set = 0, binding = 8, std430) buffer Gradients { vec4 gradient[]; }; // at the anchor; w: field
 layout(set = 0, binding = 9, std430) buffer Status { uint status[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer GroupCounts { uint group_count[]; };
-layout(set = 0, binding = 11, std430) readonly buffer Directions { vec4 direction[]; }; // of the gradient at rest
-layout(set = 0, binding = 12, std430) readonly buffer Rotations { vec4 rotation[]; };
+layout(set = 0, binding = 10, std430) buffer LiveSet { uint live_set[]; };
+layout(set = 0, binding = 11) uniform samplerBuffer directions; // of the gradient at rest
+layout(set = 0, binding = 12) uniform samplerBuffer rotations;
+layout(set = 0, binding = 13, std430) buffer ContactSet { uint contact_set[]; };
+layout(set = 0, binding = 14) uniform usamplerBuffer seed_ranks;
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
     uint steps; // Newton steps of this call
@@ -44,31 +47,30 @@ const float SIDEWAYS = 0.35; // |cosine| between the gradient and its direction 
 const float DEEP = 0.02; // |f − iso| from which on sideways steps lead astray
 const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
 
-shared uint survivors;
-
 vec3 shorten(vec3 d, float limit) {
     float l = length(d);
     return l > limit ? d * (limit / l) : d;
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0u) {
-        survivors = 0u;
-    }
-    barrier();
-    if (gl_GlobalInvocationID.x < dispatches[constants.dispatch].count) {
-        uint v = list[gl_GlobalInvocationID.x];
-        uint word = status[v];
-        uint evaluations = (word >> 8) & 0xffu;
-        fetches = (word >> 16) & 0x7fffu;
-        bool strayed = (word & STRAYED) != 0u;
-        float iso = iso_value[v], radius = vertex[v].radius * fields.box_scale.w;
-        vec3 x = start[v].xyz, home = geometric[v].xyz;
-        vec4 last = anchor[v], slope = gradient[v];
-        vec3 expected = rotate(rotation[v], direction[v].xyz);
+    if (gl_GlobalInvocationID.x < list_count(dispatches, constants.dispatch)) {
+        uint v = word(list, gl_GlobalInvocationID.x);
+        uint before = status[v];
+        uint evaluations = (before >> 8) & 0xffu;
+        fetches = (before >> 16) & 0x7fffu;
+        bool strayed = (before & STRAYED) != 0u;
+        float iso = number(iso_values, v), radius = fetch(vertices, 2u * v).w * fields.box_scale.w;
+        vec3 start = fetch(starts, v).xyz;
+        vec3 x = start, home = fetch(geometric, v).xyz;
+        vec3 expected = rotate(fetch(rotations, v), fetch(directions, v).xyz);
         bool known = (constants.flags & FRESH) == 0u;
+        vec4 last = vec4(0.0), slope = vec4(0.0);
+        if (known) {
+            last = anchor[v];
+            slope = gradient[v];
+        }
         bool hold = (constants.flags & HOLD) != 0u;
-        bool held = hold && state_of(word) == CONTACT;
+        bool held = hold && state_of(before) == CONTACT;
         float allowed = known ? RELAXED_PIT : PIT;
         uint state = LIVE, s = 0u;
         do {
@@ -90,7 +92,7 @@ void main() {
                     state = CONTACT;
                 } else if (off < constants.tolerance && (strayed || dot(g, expected) < 0.0)) {
                     state = CONTACT;
-                    x = hold ? start[v].xyz : home;
+                    x = hold ? start : home;
                     last.xyz = x;
                 } else if (off < constants.tolerance) {
                     state = ON_ISO;
@@ -109,12 +111,12 @@ void main() {
         anchor[v] = last;
         gradient[v] = slope;
         status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16 | (strayed ? STRAYED : 0u);
+        uint seed = word(seed_ranks, v);
         if (state == LIVE) {
-            atomicAdd(survivors, 1u);
+            ENTER(live_set, seed);
         }
-    }
-    barrier();
-    if (gl_LocalInvocationIndex == 0u) {
-        group_count[gl_WorkGroupID.x] = survivors;
+        if (state == CONTACT && !hold) {
+            ENTER(contact_set, seed);
+        }
     }
 }

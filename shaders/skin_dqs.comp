@@ -1,16 +1,17 @@
 // Dual-quaternion skinning (Kavan et al. 2008) of positions and normals, after blending the joints' stretches.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shared/texels.glsl"
 #include "shared/types.glsl"
 #include "shared/rotation.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer Rows { uint vertex_of[]; };
-layout(set = 0, binding = 1, std430) readonly buffer RowNormals { float row_normal[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Vertices { Vertex vertex[]; };
-layout(set = 0, binding = 3, std430) readonly buffer InfluenceJoints { uint influence_joints[]; };
-layout(set = 0, binding = 4, std430) readonly buffer InfluenceWeights { float influence_weight[]; };
-layout(set = 0, binding = 5, std430) readonly buffer Palette { JointPose joint[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer rows;
+layout(set = 0, binding = 1) uniform samplerBuffer row_normals;
+layout(set = 0, binding = 2) uniform samplerBuffer vertices;
+layout(set = 0, binding = 3) uniform usamplerBuffer influence_joints;
+layout(set = 0, binding = 4) uniform usamplerBuffer influence_weights;
+layout(set = 0, binding = 5) uniform samplerBuffer palette;
 layout(set = 0, binding = 6, std430) writeonly buffer Positions { vec4 position[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Normals { vec4 normal[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer Rotations { vec4 rotation[]; };
@@ -24,33 +25,33 @@ void main() {
     if (row >= constants.rows) {
         return;
     }
-    uint v = vertex_of[row];
-    bool stretched = joint[0].stretch1.w != 0.0;
+    uint v = word(rows, row);
+    bool stretched = fetch(palette, STRETCH + 1u).w != 0.0;
     vec4 real = vec4(0.0), dual = vec4(0.0), pivot = vec4(0.0);
     vec3 diagonal = vec3(0.0), off = vec3(0.0);
     for (uint k = 0u; k < constants.width; k++) {
         uint at = v * constants.width + k;
-        float w = influence_weight[at];
+        float w = number(influence_weights, at);
         if (w == 0.0) {
             break;
         }
-        uint j = (influence_joints[at >> 1] >> ((at & 1u) * 16u)) & 0xffffu;
-        vec4 q = joint[j].real;
+        uint j = ((word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu) * JOINT_TEXELS;
+        vec4 q = fetch(palette, j + REAL);
         if (k == 0u) {
             pivot = q;
         }
         // q and −q are the same rotation: blend on the side of the heaviest joint.
         float s = dot(q, pivot) < 0.0 ? -w : w;
         real += s * q;
-        dual += s * joint[j].dual;
+        dual += s * fetch(palette, j + DUAL);
         if (stretched) {
-            vec4 a = joint[j].stretch0, b = joint[j].stretch1;
+            vec4 a = fetch(palette, j + STRETCH), b = fetch(palette, j + STRETCH + 1u);
             diagonal += w * vec3(a.x, b.x, b.z);
             off += w * vec3(a.y, a.z, b.y);
         }
     }
-    vec3 p = vertex[v].position;
-    vec3 n = vec3(row_normal[row * 3u], row_normal[row * 3u + 1u], row_normal[row * 3u + 2u]);
+    vec3 p = fetch(vertices, 2u * v).xyz;
+    vec3 n = fetch(row_normals, row).xyz;
     if (stretched) {
         vec3 c0 = vec3(diagonal.x, off.x, off.y), c1 = vec3(off.x, diagonal.y, off.z), c2 = vec3(off.y, off.z, diagonal.z);
         p = c0 * p.x + c1 * p.y + c2 * p.z;

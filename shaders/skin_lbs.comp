@@ -1,15 +1,16 @@
 // Linear blend skinning of positions; normals by the cofactors of the blended matrix.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shared/texels.glsl"
 #include "shared/types.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer Rows { uint vertex_of[]; };
-layout(set = 0, binding = 1, std430) readonly buffer RowNormals { float row_normal[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Vertices { Vertex vertex[]; };
-layout(set = 0, binding = 3, std430) readonly buffer InfluenceJoints { uint influence_joints[]; };
-layout(set = 0, binding = 4, std430) readonly buffer InfluenceWeights { float influence_weight[]; };
-layout(set = 0, binding = 5, std430) readonly buffer Palette { JointPose joint[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer rows;
+layout(set = 0, binding = 1) uniform samplerBuffer row_normals;
+layout(set = 0, binding = 2) uniform samplerBuffer vertices;
+layout(set = 0, binding = 3) uniform usamplerBuffer influence_joints;
+layout(set = 0, binding = 4) uniform usamplerBuffer influence_weights;
+layout(set = 0, binding = 5) uniform samplerBuffer palette;
 layout(set = 0, binding = 6, std430) writeonly buffer Positions { vec4 position[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer Normals { vec4 normal[]; };
 layout(push_constant) uniform Constants {
@@ -22,21 +23,21 @@ void main() {
     if (row >= constants.rows) {
         return;
     }
-    uint v = vertex_of[row];
+    uint v = word(rows, row);
     vec4 row0 = vec4(0.0), row1 = vec4(0.0), row2 = vec4(0.0);
     for (uint k = 0u; k < constants.width; k++) {
         uint at = v * constants.width + k;
-        float w = influence_weight[at];
+        float w = number(influence_weights, at);
         if (w == 0.0) {
             break;
         }
-        uint j = (influence_joints[at >> 1] >> ((at & 1u) * 16u)) & 0xffffu;
-        row0 += w * joint[j].row0;
-        row1 += w * joint[j].row1;
-        row2 += w * joint[j].row2;
+        uint j = ((word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu) * JOINT_TEXELS;
+        row0 += w * fetch(palette, j);
+        row1 += w * fetch(palette, j + 1u);
+        row2 += w * fetch(palette, j + 2u);
     }
-    vec3 p = vertex[v].position;
-    vec3 n = vec3(row_normal[row * 3u], row_normal[row * 3u + 1u], row_normal[row * 3u + 2u]);
+    vec3 p = fetch(vertices, 2u * v).xyz;
+    vec3 n = fetch(row_normals, row).xyz;
     p = vec3(dot(row0.xyz, p) + row0.w, dot(row1.xyz, p) + row1.w, dot(row2.xyz, p) + row2.w);
     // Rows of the cofactor matrix, which carries normals through any invertible map up to length.
     n = vec3(dot(cross(row1.xyz, row2.xyz), n), dot(cross(row2.xyz, row0.xyz), n), dot(cross(row0.xyz, row1.xyz), n));

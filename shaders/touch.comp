@@ -6,11 +6,11 @@
 #include "shared/field.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer List { uint list[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Dispatches { Dispatch dispatches[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Anchors { vec4 anchor[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Gradients { vec4 gradient[]; };
-layout(set = 0, binding = 4, std430) readonly buffer IsoValues { float iso_value[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
+layout(set = 0, binding = 2) uniform samplerBuffer anchors;
+layout(set = 0, binding = 3) uniform samplerBuffer gradients;
+layout(set = 0, binding = 4) uniform usamplerBuffer iso_values;
 layout(set = 0, binding = 5, std430) buffer Positions { vec4 position[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
@@ -20,19 +20,20 @@ layout(push_constant) uniform Constants {
 const uint HALVINGS = 4u; // of a step of a tenth of the radius
 
 void main() {
-    if (gl_GlobalInvocationID.x >= dispatches[constants.dispatch].count) {
+    if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = list[gl_GlobalInvocationID.x];
-    vec4 slope = gradient[v];
-    vec3 near = anchor[v].xyz, far = position[v].xyz;
-    float off = anchor[v].w, field = slope.w;
+    uint v = word(list, gl_GlobalInvocationID.x);
+    vec4 slope = fetch(gradients, v);
+    vec4 last = fetch(anchors, v);
+    vec3 near = last.xyz, far = position[v].xyz;
+    float off = last.w, field = slope.w, iso = number(iso_values, v);
     for (uint k = 0u; k < HALVINGS; k++) {
         vec3 middle = 0.5 * (near + far);
         vec4 sampled = evaluate(middle);
         vec3 g = sampled.yzw;
         bool turned = dot(g, slope.xyz) < constants.cos_contact * length(g) * length(slope.xyz);
-        float distance = abs(sampled.x - iso_value[v]);
+        float distance = abs(sampled.x - iso);
         if (turned || distance > off) {
             far = middle;
         } else {

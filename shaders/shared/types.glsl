@@ -1,30 +1,25 @@
-// Structs shared with Rust (src/layout): same names, same fields, same order.
+// What shaders share with Rust (src/layout).
 #ifndef DERMIS_TYPES
 #define DERMIS_TYPES
 
-// A welded vertex at rest.
-struct Vertex {
-    vec3 position;
-    float radius; // of its part; limits every displacement
-    vec3 normal;
-    uint part; // joint row
-};
+// A welded vertex at rest (Vertex) is two texels: position, and radius of its part, which limits every displacement;
+// normal, and joint row of its part.
 
-// A posed joint: rest → model space as a matrix and as stretch followed by a dual quaternion.
-struct JointPose {
-    vec4 row0, row1, row2;
-    vec4 real, dual; // w is the scalar part
-    vec4 stretch0; // symmetric stretch: xx xy xz, unused
-    vec4 stretch1; // yy yz zz; of joint 0, w: any joint is not rigid
-};
+// A posed joint (JointPose) is seven texels: three rows of rest → model space; a dual quaternion, w the scalar part; the
+// symmetric stretch before it, xx xy xz and yy yz zz, where w of joint 0 says that any joint is not rigid.
+const uint JOINT_TEXELS = 7u;
+const uint REAL = 3u;
+const uint DUAL = 4u;
+const uint STRETCH = 5u;
 
-// A posed field: model space → box coordinates, its tile in the atlas, its link in the composition, its index cells.
-struct FieldPose {
-    vec4 row0, row1, row2;
-    uint tile; // x | y << 8 | z << 16
-    uint link; // parent field | operator volume << 16 | opening << 24
-    uint first_cell, last_cell; // x | y << 8 | z << 16
-};
+// A posed field (FieldPose) is four texels behind the three of the head: three rows of model space → box coordinates, and
+// four words: tile in the atlas, link in the composition, first and last index cell of its box.
+const uint FIELD_HEAD = 3u;
+const uint FIELD_TEXELS = 4u;
+const uint TILE = 0u; // x | y << 8 | z << 16
+const uint LINK = 1u; // parent field | operator volume << 16 | opening << 24
+const uint FIRST_CELL = 2u; // x | y << 8 | z << 16
+const uint LAST_CELL = 3u;
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;
@@ -33,9 +28,8 @@ uvec3 unpack(uint word) {
 const uint NO_FIELD = 0xffffu;
 const uint UNION = 0u;
 
-// The index: cells an axis, and the greatest number of fields that a uniform block of 16 KiB holds.
+// Cells of the index along an axis.
 const int CELLS = 32;
-const uint MAX_FIELDS = 255u;
 
 // States of a vertex, as the output reports them; LIVE only while a frame runs.
 const uint UNTOUCHED = 0u;

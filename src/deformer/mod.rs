@@ -240,7 +240,9 @@ impl Deformer {
         let iso = self.machine.read::<f32>(Resource::IsoValues)?;
         let seeds = Statics::seeds(&self.rig, &iso);
         let heads = Statics::dispatches(&self.settings, seeds.len());
+        let ranks = Statics::seed_ranks(iso.len(), &seeds);
         self.machine.write(Resource::SeedList, &seeds)?;
+        self.machine.write(Resource::SeedRanks, &ranks)?;
         self.machine.write(Resource::SeedDispatches, &heads)
     }
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, bytes_of};
 
 use super::{Method, Resource, Settings};
-use crate::{gpu::Declaration, layout::state, pass, twin};
+use crate::{gpu::Declaration, layout::SET_SEEDS, pass, twin};
 
 /// A pass: its declaration for the GPU and its twin for the CPU.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +103,10 @@ pub(super) fn measure_iso(sizes: &Sizes) -> Vec<Step> {
 fn implicit(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     let mut steps = vec![
         Step::Clear(Resource::Status),
-        Step::Clear(Resource::Region),
+        Step::Clear(Resource::ContactSet),
+        Step::Clear(Resource::RegionSet),
+        Step::Clear(Resource::BetaA),
+        Step::Clear(Resource::BetaB),
         Step::Copy(Resource::SeedDispatches, Resource::Dispatches),
         skin_welded(sizes),
         Step::Copy(Resource::Geometric, Resource::Positions),
@@ -148,18 +151,14 @@ fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
         } else {
             settings.steps
         };
+        if !last {
+            steps.push(Step::Clear(Resource::LiveSet));
+        }
         let projection = project(settings, from, round, start, count, fresh | limit);
         steps.push(composed(projection, sizes));
         if !last {
             let to = lists[round as usize % 2];
-            steps.push(compact(
-                from,
-                round,
-                Resource::Status,
-                to,
-                round + 1,
-                state::LIVE,
-            ));
+            steps.push(compact(sizes, Resource::LiveSet, to, round + 1));
             steps.push(relax(to, round + 1));
             from = to;
         }
@@ -169,20 +168,12 @@ fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
 /// β by diffusion from the contacts, Laplacian smoothing (Eq. 7), and back onto the iso-values.
 fn smooth_contacts(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
     let (contacts, region) = (settings.rounds + 1, settings.rounds + 2);
-    let (seeds, list) = (Resource::SeedList, Resource::RegionList);
-    steps.push(count(seeds, 0, Resource::Status, state::CONTACT));
-    steps.push(compact(
-        seeds,
-        0,
-        Resource::Status,
-        Resource::ContactList,
-        contacts,
-        state::CONTACT,
-    ));
+    let list = Resource::RegionList;
+    let (contact_set, region_set) = (Resource::ContactSet, Resource::RegionSet);
+    steps.push(compact(sizes, contact_set, Resource::ContactList, contacts));
     steps.push(composed(touch(settings, contacts), sizes));
     steps.push(mark(contacts));
-    steps.push(count(seeds, 0, Resource::Region, 1));
-    steps.push(compact(seeds, 0, Resource::Region, list, region, 1));
+    steps.push(compact(sizes, region_set, list, region));
     let betas = [Resource::BetaA, Resource::BetaB];
     for k in 0..settings.diffusions as usize {
         steps.push(diffuse(region, k == 0, betas[(k + 1) % 2], betas[k % 2]));
@@ -230,9 +221,11 @@ fn composed(mut step: Step, sizes: &Sizes) -> Step {
     step
 }
 
-/// `bind`, and the five bindings of the composed field.
+/// `bind`, and the seven bindings of the composed field.
 fn with_field(bind: &[Resource]) -> Vec<Resource> {
     let field = [
+        Resource::Fields,
+        Resource::Fields,
         Resource::Fields,
         Resource::Index,
         Resource::Atlas,
@@ -246,7 +239,7 @@ fn with_field(bind: &[Resource]) -> Vec<Resource> {
 fn index(sizes: &Sizes) -> [Step; 2] {
     let enter = Step::Dispatch {
         pass: pass!(index),
-        bind: vec![Resource::Fields, Resource::Index],
+        bind: [&[Resource::Fields; 3][..], &[Resource::Index]].concat(),
         variant: 0,
         constants: Vec::new(),
         extent: Extent::Groups([sizes.fields.max(1), SLICES, 1]),
@@ -340,9 +333,11 @@ fn project(
         Resource::Anchors,
         Resource::Gradients,
         Resource::Status,
-        Resource::GroupCounts,
+        Resource::LiveSet,
         Resource::Directions,
         Resource::Rotations,
+        Resource::ContactSet,
+        Resource::SeedRanks,
     ]);
     dispatch(pass!(project), &bind, &constants, Extent::Indirect(head))
 }
@@ -363,30 +358,17 @@ fn touch(settings: &Settings, head: u32) -> Step {
     dispatch(pass!(touch), &bind, &constants, Extent::Indirect(head))
 }
 
-fn count(list: Resource, head: u32, flags: Resource, wanted: u32) -> Step {
-    let constants = pass::count::Constants {
-        dispatch: head,
-        wanted,
-    };
-    let bind = [list, Resource::Dispatches, flags, Resource::GroupCounts];
-    dispatch(pass!(count), &bind, &constants, Extent::Indirect(head))
-}
-
-fn compact(
-    list: Resource,
-    head: u32,
-    flags: Resource,
-    to: Resource,
-    result: u32,
-    wanted: u32,
-) -> Step {
-    let constants = pass::compact::Constants {
-        dispatch: head,
-        result,
-        wanted,
-    };
-    let bind = [list, Resource::Dispatches, flags, Resource::GroupCounts, to];
-    dispatch(pass!(compact), &bind, &constants, Extent::Indirect(head))
+fn compact(sizes: &Sizes, set: Resource, to: Resource, result: u32) -> Step {
+    let constants = pass::compact::Constants { result };
+    let bind = [Resource::SeedList, set, Resource::Dispatches, to];
+    let blocks = sizes.vertices.div_ceil(SET_SEEDS as u32);
+    let invocations = blocks * SET_SEEDS as u32 / pass::compact::SEEDS;
+    dispatch(
+        pass!(compact),
+        &bind,
+        &constants,
+        Extent::Items(invocations),
+    )
 }
 
 fn relax(list: Resource, head: u32) -> Step {
@@ -415,7 +397,8 @@ fn mark(head: u32) -> Step {
         Resource::Dispatches,
         Resource::NeighbourhoodOffsets,
         Resource::Neighbourhoods,
-        Resource::Region,
+        Resource::SeedRanks,
+        Resource::RegionSet,
     ];
     dispatch(
         pass!(mark),
@@ -436,7 +419,6 @@ fn diffuse(head: u32, first: bool, from: Resource, to: Resource) -> Step {
         Resource::RingOffsets,
         Resource::Rings,
         Resource::Status,
-        Resource::Region,
         from,
         to,
     ];

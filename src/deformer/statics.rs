@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use bytemuck::{Pod, cast_slice};
+use glam::Vec3;
 
 use super::{Resource, Settings, plan::Sizes};
 use crate::{
     Error, Result,
     compose::{OpeningCurve, Operator},
-    layout::{CELLS, Dispatch, MAX_FIELDS, NO_FIELD, Vertex},
+    layout::{CELLS, Dispatch, MAX_FIELDS, NO_FIELD, NO_SEED, SET_BLOCK, SET_SEEDS, Vertex},
     rig::Rig,
 };
 
@@ -63,12 +64,28 @@ impl Statics {
         2 * self.sizes.fields.div_ceil(64).max(1)
     }
 
-    /// The list of vertices to project: in reach of a field and not bound to geometric skinning.
+    /// The list of vertices to project: in reach of a field and not bound to geometric skinning. Close at rest is close in
+    /// the list, so that vertices that are projected together meet the same fields and the same texels.
     pub(super) fn seeds(rig: &Rig, iso: &[f32]) -> Vec<u32> {
         let movable = |v: &u32| reached(iso[*v as usize]) && !rig.geometric[*v as usize];
-        (0..rig.mesh.positions.len() as u32)
+        let mut seeds: Vec<u32> = (0..rig.mesh.positions.len() as u32)
             .filter(movable)
-            .collect()
+            .collect();
+        let points = || seeds.iter().map(|v| rig.mesh.positions[*v as usize]);
+        let low = points().reduce(Vec3::min).unwrap_or(Vec3::ZERO);
+        let high = points().reduce(Vec3::max).unwrap_or(Vec3::ONE);
+        let cells = MORTON_CELLS / (high - low).max_element().max(f32::MIN_POSITIVE);
+        seeds.sort_by_cached_key(|v| morton((rig.mesh.positions[*v as usize] - low) * cells));
+        seeds
+    }
+
+    /// Row of every vertex in the list of seeds.
+    pub(super) fn seed_ranks(vertices: usize, seeds: &[u32]) -> Vec<u32> {
+        let mut ranks = vec![NO_SEED; vertices];
+        for (rank, &v) in seeds.iter().enumerate() {
+            ranks[v as usize] = rank as u32;
+        }
+        ranks
     }
 
     /// Heads of the work lists as a frame begins: the seeds, the rest empty.
@@ -102,10 +119,10 @@ impl Statics {
             .collect();
         self.put(Resource::Vertices, &vertices);
         self.put(Resource::FileRows, &rig.rows.vertex);
-        self.put(Resource::FileNormals, &rig.rows.normals);
+        self.put(Resource::FileNormals, &texels(&rig.rows.normals));
         let identity: Vec<u32> = (0..mesh.positions.len() as u32).collect();
         self.put(Resource::WeldedRows, &identity);
-        self.put(Resource::WeldedNormals, &mesh.normals);
+        self.put(Resource::WeldedNormals, &texels(&mesh.normals));
         self.put(Resource::RingOffsets, &mesh.one_ring.offsets);
         self.put(Resource::Rings, &mesh.one_ring.items);
         self.put(Resource::MeanValues, &rig.mean_value);
@@ -167,13 +184,13 @@ impl Statics {
         self.size::<[f32; 4]>(Resource::Rotations, vertices.max(rows));
         let words = [
             Resource::SeedList,
+            Resource::SeedRanks,
             Resource::IsoValues,
             Resource::Status,
             Resource::LiveA,
             Resource::LiveB,
             Resource::ContactList,
             Resource::RegionList,
-            Resource::Region,
             Resource::BetaA,
             Resource::BetaB,
         ];
@@ -183,7 +200,10 @@ impl Statics {
         for r in [Resource::SkinPositions, Resource::SkinNormals] {
             self.size::<[f32; 4]>(r, rows);
         }
-        self.size::<u32>(Resource::GroupCounts, vertices.div_ceil(64));
+        let blocks = vertices.div_ceil(SET_SEEDS);
+        for r in [Resource::LiveSet, Resource::ContactSet, Resource::RegionSet] {
+            self.size::<u32>(r, blocks * SET_BLOCK);
+        }
         let heads = super::plan::dispatch_rows(settings) as usize;
         for r in [Resource::SeedDispatches, Resource::Dispatches] {
             self.size::<Dispatch>(r, heads);
@@ -193,6 +213,21 @@ impl Statics {
             (CELLS * CELLS * CELLS * self.cell_words()) as usize,
         );
     }
+}
+
+/// Cells of the Morton code along the longest axis; two thousandths of a character are close enough.
+const MORTON_CELLS: f32 = 511.0;
+
+/// Morton code of a cell: its three numbers, bit by bit in turn.
+fn morton(cell: Vec3) -> u32 {
+    let spread = |x: u32| (0..9).fold(0, |code, bit| code | (x >> bit & 1) << (3 * bit));
+    let [x, y, z] = cell.to_array().map(|x| spread(x as u32));
+    x | y << 1 | z << 2
+}
+
+/// A texel a vector.
+fn texels(vectors: &[Vec3]) -> Vec<[f32; 4]> {
+    vectors.iter().map(|v| v.extend(0.0).to_array()).collect()
 }
 
 /// Row of `item` in `list`, appended where it is not there yet.

@@ -103,13 +103,14 @@ fn is_integer(r: Resource) -> bool {
     matches!(
         r,
         R::Status
-            | R::GroupCounts
+            | R::LiveSet
+            | R::ContactSet
+            | R::RegionSet
             | R::LiveA
             | R::LiveB
             | R::ContactList
             | R::RegionList
             | R::Dispatches
-            | R::Region
             | R::Index
     )
 }
@@ -176,22 +177,24 @@ fn branched(pass: &str, gpu: &Words, twin: &Words, size: f32) -> Vec<usize> {
     }
 }
 
-/// Gives the twin the GPU's outcome at branched vertices; their workgroup's count follows their state.
+/// Gives the twin the GPU's outcome at branched vertices; the sets follow their states.
 fn accept(branched: &[usize], step: &Step, gpu: &Words, twin: &mut Words) {
-    for r in written(step)
-        .into_iter()
-        .filter(|r| *r != Resource::GroupCounts)
-    {
-        let width = if r == Resource::Status { 1 } else { 4 };
+    for r in written(step) {
+        let width = match r {
+            Resource::LiveSet | Resource::ContactSet => {
+                if !branched.is_empty() {
+                    twin.insert(r as u32, gpu[&(r as u32)].clone());
+                }
+                continue;
+            }
+            Resource::Status => 1,
+            _ => 4,
+        };
         for &v in branched {
             let words = v * width..(v + 1) * width;
             let from = gpu[&(r as u32)][words.clone()].to_vec();
             twin.get_mut(&(r as u32)).unwrap()[words].copy_from_slice(&from);
         }
-    }
-    let counts = Resource::GroupCounts as u32;
-    if !branched.is_empty() && gpu.contains_key(&counts) {
-        twin.insert(counts, gpu[&counts].clone());
     }
 }
 

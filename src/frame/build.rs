@@ -61,7 +61,8 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
             check(&gpu, pass, &pipeline, &resources).map(|()| pipeline)
         })
         .collect::<Result<_>>()?;
-    let descriptors = Descriptors::new(&gpu.shared, &name, &pipelines, FRAMES_IN_FLIGHT as u32)?;
+    let mut descriptors =
+        Descriptors::new(&gpu.shared, &name, &pipelines, FRAMES_IN_FLIGHT as u32)?;
     let mut pipelines = pipelines.into_iter();
     let names = name_rows(&steps);
     let steps = steps.into_iter().zip(&names).map(|(step, name_row)| {
@@ -77,7 +78,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
             Work::Pass(pass) => Command::Dispatch(dispatch(
                 pass,
                 pipelines.next(),
-                descriptors.as_ref(),
+                descriptors.as_mut(),
                 &resources,
             )?),
         };
@@ -184,7 +185,7 @@ pub(super) fn check_groups(gpu: &Gpu, pass: &'static str, groups: [u32; 3]) -> R
 fn dispatch(
     pass: Pass,
     pipeline: Option<Arc<Pipeline>>,
-    descriptors: Option<&Descriptors>,
+    descriptors: Option<&mut Descriptors>,
     resources: &[Resource],
 ) -> Result<Dispatch> {
     let (Some(pipeline), Some(extent)) = (pipeline, pass.extent) else {

@@ -354,14 +354,19 @@ impl PassBuilder<'_> {
     fn misfit(&self, access: Access, resource: &Resource) -> Option<String> {
         let is_image = matches!(resource, Resource::Image(_));
         let (name, bytes) = (resource.name(), resource.bytes());
-        let most = u64::from(self.frame.gpu.limits().max_uniform_buffer_range);
+        let limits = self.frame.gpu.limits();
         if access.is_image() != is_image {
             let is = if is_image { "an image" } else { "a buffer" };
             return Some(format!("{name} is {is}, {access:?} is declared"));
         }
-        let passes = access == Access::Uniform && bytes > most;
-        passes.then(|| {
-            format!("{name} has {bytes} bytes, a uniform buffer {most} at most on this device")
+        let (kind, most) = match access {
+            Access::Uniform => ("uniform", u64::from(limits.max_uniform_buffer_range)),
+            Access::Texels => ("texel", 16 * u64::from(limits.max_texel_buffer_elements)),
+            Access::Words => ("texel", 4 * u64::from(limits.max_texel_buffer_elements)),
+            _ => return None,
+        };
+        (bytes > most).then(|| {
+            format!("{name} has {bytes} bytes, a {kind} buffer {most} at most on this device")
         })
     }
 

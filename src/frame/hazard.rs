@@ -22,7 +22,7 @@ impl Uses {
 
     pub(super) fn of(access: Access) -> Self {
         match access {
-            Access::Read | Access::Sampled => Self::SHADER_READ,
+            Access::Read | Access::Texels | Access::Words | Access::Sampled => Self::SHADER_READ,
             Access::Write | Access::ImageWrite => Self::SHADER_WRITE,
             Access::ReadWrite => Self::SHADER_READ.with(Self::SHADER_WRITE),
             Access::Uniform => Self::UNIFORM,

@@ -158,6 +158,7 @@ fn create(device: &ash::Device, name: &str, bytes: u64) -> Result<vk::Buffer> {
     use vk::BufferUsageFlags as Usage;
     let usage = Usage::STORAGE_BUFFER
         | Usage::UNIFORM_BUFFER
+        | Usage::UNIFORM_TEXEL_BUFFER
         | Usage::TRANSFER_SRC
         | Usage::TRANSFER_DST
         | Usage::INDIRECT_BUFFER

@@ -35,6 +35,16 @@ impl Binding {
         Self::new(name, Access::Read)
     }
 
+    /// A buffer read as `vec4` texels.
+    pub const fn texels(name: &'static str) -> Self {
+        Self::new(name, Access::Texels)
+    }
+
+    /// A buffer read as words.
+    pub const fn words(name: &'static str) -> Self {
+        Self::new(name, Access::Words)
+    }
+
     /// A `writeonly` storage buffer.
     pub const fn write(name: &'static str) -> Self {
         Self::new(name, Access::Write)
@@ -57,6 +67,11 @@ pub enum Access {
     ReadWrite,
     /// Uniform buffer.
     Uniform,
+    /// Buffer read as `vec4` texels through a `samplerBuffer`: software rasterisers fetch texels for all lanes at once, but
+    /// load storage buffers lane by lane.
+    Texels,
+    /// Buffer read as words through a `usamplerBuffer`.
+    Words,
     /// 3D image with the linear sampler that clamps to the edge.
     Sampled,
     /// `writeonly` 3D storage image.

@@ -1,6 +1,6 @@
 //! Descriptor sets of a frame, allocated and written once.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 use ash::vk;
 
@@ -15,7 +15,7 @@ use crate::Result;
 /// What a binding points to.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
-    /// A whole buffer.
+    /// A whole buffer, in words or as texels, as its binding wants it.
     Buffer(vk::Buffer),
     /// A 3D image in the general layout.
     Image(vk::ImageView),
@@ -25,6 +25,8 @@ pub(crate) enum Target {
 pub(crate) struct Descriptors {
     shared: Arc<Shared>,
     pool: vk::DescriptorPool,
+    /// Views of the buffers that are read as texels or words, each once.
+    views: HashMap<(vk::Buffer, vk::Format), vk::BufferView>,
 }
 
 impl Descriptors {
@@ -52,6 +54,7 @@ impl Descriptors {
         let kinds = [
             Access::Read,
             Access::Uniform,
+            Access::Texels,
             Access::Sampled,
             Access::ImageWrite,
         ];
@@ -70,11 +73,19 @@ impl Descriptors {
         let pool = unsafe { shared.device.create_descriptor_pool(&info, None) };
         let pool = pool.subject("vkCreateDescriptorPool", subject)?;
         let shared = shared.clone();
-        Ok(Some(Self { shared, pool }))
+        Ok(Some(Self {
+            shared,
+            pool,
+            views: HashMap::new(),
+        }))
     }
 
     /// A set with one target a binding of the pipeline. The caller keeps the targets alive while it uses the set.
-    pub(crate) fn set(&self, pipeline: &Pipeline, targets: &[Target]) -> Result<vk::DescriptorSet> {
+    pub(crate) fn set(
+        &mut self,
+        pipeline: &Pipeline,
+        targets: &[Target],
+    ) -> Result<vk::DescriptorSet> {
         let device = &self.shared.device;
         let layouts = [pipeline.set_layout];
         let info = vk::DescriptorSetAllocateInfo::default()
@@ -91,9 +102,46 @@ impl Descriptors {
             .zip(targets)
             .enumerate()
         {
-            self.write(sets[0], row as u32, binding.access, *target);
+            match (binding.access, *target) {
+                (access @ (Access::Texels | Access::Words), Target::Buffer(buffer)) => {
+                    let view = self.view(buffer, access, binding.name)?;
+                    self.write_texels(sets[0], row as u32, view);
+                }
+                (access, target) => self.write(sets[0], row as u32, access, target),
+            }
         }
         Ok(sets[0])
+    }
+
+    /// The view of a whole buffer as texels or words.
+    fn view(&mut self, buffer: vk::Buffer, access: Access, name: &str) -> Result<vk::BufferView> {
+        let format = match access {
+            Access::Words => vk::Format::R32_UINT,
+            _ => vk::Format::R32G32B32A32_SFLOAT,
+        };
+        if let Some(view) = self.views.get(&(buffer, format)) {
+            return Ok(*view);
+        }
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(buffer)
+            .format(format)
+            .range(vk::WHOLE_SIZE);
+        // SAFETY: the caller keeps the buffer alive; every buffer may be read as texels, and every device has both formats.
+        let view = unsafe { self.shared.device.create_buffer_view(&info, None) }
+            .subject("vkCreateBufferView", name)?;
+        self.views.insert((buffer, format), view);
+        Ok(view)
+    }
+
+    fn write_texels(&self, set: vk::DescriptorSet, row: u32, view: vk::BufferView) {
+        let views = [view];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(row)
+            .descriptor_type(Access::Texels.descriptor())
+            .texel_buffer_view(&views);
+        // SAFETY: set and view are alive, the type is that of the layout, the set is not in use yet.
+        unsafe { self.shared.device.update_descriptor_sets(&[write], &[]) };
     }
 
     fn write(&self, set: vk::DescriptorSet, row: u32, access: Access, target: Target) {
@@ -134,9 +182,15 @@ impl Descriptors {
 
 impl Drop for Descriptors {
     fn drop(&mut self) {
-        let pool = self.pool;
-        // SAFETY: the graveyard calls this when all submissions are done; the pool's sets go with it.
-        let destroy = move |d: &ash::Device| unsafe { d.destroy_descriptor_pool(pool, None) };
+        let (pool, views) = (self.pool, std::mem::take(&mut self.views));
+        // SAFETY: the graveyard calls this when all submissions are done; the pool's sets go with it, and only they use the
+        // views.
+        let destroy = move |d: &ash::Device| unsafe {
+            d.destroy_descriptor_pool(pool, None);
+            for view in views.into_values() {
+                d.destroy_buffer_view(view, None);
+            }
+        };
         self.shared.bury(Grave::Other(Box::new(destroy)));
     }
 }

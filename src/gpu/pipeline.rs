@@ -40,6 +40,7 @@ impl Access {
         match self {
             Self::Read | Self::Write | Self::ReadWrite => vk::DescriptorType::STORAGE_BUFFER,
             Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+            Self::Texels | Self::Words => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
             Self::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Self::ImageWrite => vk::DescriptorType::STORAGE_IMAGE,
         }
@@ -186,7 +187,9 @@ fn agrees(access: Access, found: &Reflected) -> bool {
         (Access::Read, Kind::Storage) => qualifiers == (true, false),
         (Access::Write, Kind::Storage) => qualifiers == (false, true),
         (Access::ReadWrite, Kind::Storage) => qualifiers == (false, false),
-        (Access::Uniform, Kind::Uniform) => true,
+        (Access::Uniform, Kind::Uniform)
+        | (Access::Texels, Kind::Texels)
+        | (Access::Words, Kind::Words) => true,
         (Access::Sampled, Kind::Sampled { volume }) => volume,
         (Access::ImageWrite, Kind::Image { volume, format }) => {
             volume && format.is_some() && qualifiers == (false, true)

@@ -87,10 +87,12 @@ fn every_wrong_declaration_is_refused_by_what_is_wrong() {
 
 #[test]
 fn each_kind_of_binding_agrees_with_its_own_access_only() {
-    let shaders: [(&[u8], Access); 5] = [
+    let shaders: [(&[u8], Access); 7] = [
         (include_bytes!("testdata/add.spv"), Access::Read),
         (include_bytes!("testdata/double.spv"), Access::ReadWrite),
         (include_bytes!("testdata/extent.spv"), Access::Uniform),
+        (include_bytes!("testdata/texels.spv"), Access::Texels),
+        (include_bytes!("testdata/words.spv"), Access::Words),
         (include_bytes!("testdata/sample.spv"), Access::Sampled),
         (include_bytes!("testdata/paint.spv"), Access::ImageWrite),
     ];
@@ -99,6 +101,8 @@ fn each_kind_of_binding_agrees_with_its_own_access_only() {
         Access::Write,
         Access::ReadWrite,
         Access::Uniform,
+        Access::Texels,
+        Access::Words,
         Access::Sampled,
         Access::ImageWrite,
     ];

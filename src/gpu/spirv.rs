@@ -45,6 +45,10 @@ pub(crate) enum Kind {
         volume: bool,
         format: Option<Format>,
     },
+    /// Buffer of `vec4` texels.
+    Texels,
+    /// Buffer of unsigned words as texels.
+    Words,
     /// Something dermis has no name for.
     Other,
 }
@@ -98,6 +102,7 @@ mod storage {
 const COMPUTE: u32 = 5;
 const LOCAL_SIZE: u32 = 17;
 const DIM_3D: u32 = 2;
+const DIM_BUFFER: u32 = 5;
 
 /// Types, constants and decorations by result id.
 #[derive(Default)]
@@ -250,13 +255,24 @@ impl<'a> Module<'a> {
             (storage::STORAGE_BUFFER, Some((op::TYPE_STRUCT, _))) => Kind::Storage,
             (storage::UNIFORM, Some((op::TYPE_STRUCT, _))) if buffer_block => Kind::Storage,
             (storage::UNIFORM, Some((op::TYPE_STRUCT, _))) => Kind::Uniform,
-            (_, Some((op::TYPE_SAMPLED_IMAGE, [image]))) => Kind::Sampled {
-                volume: self.image(*image).is_some_and(|(volume, _)| volume),
-            },
+            (_, Some((op::TYPE_SAMPLED_IMAGE, [image]))) => self.sampled(*image),
             (_, Some((op::TYPE_IMAGE, _))) => match self.image(pointee) {
                 Some((volume, format)) => Kind::Image { volume, format },
                 None => Kind::Other,
             },
+            _ => Kind::Other,
+        }
+    }
+
+    /// Kind of a sampled image.
+    fn sampled(&self, image: u32) -> Kind {
+        let Some((op::TYPE_IMAGE, [texel, DIM_BUFFER, ..])) = self.types.get(&image) else {
+            let volume = self.image(image).is_some_and(|(volume, _)| volume);
+            return Kind::Sampled { volume };
+        };
+        match self.types.get(texel) {
+            Some((op::TYPE_FLOAT, [32, ..])) => Kind::Texels,
+            Some((op::TYPE_INT, [32, 0])) => Kind::Words,
             _ => Kind::Other,
         }
     }

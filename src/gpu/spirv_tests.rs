@@ -40,6 +40,10 @@ fn uniform_buffers_and_images() {
     assert_eq!(paint.local_size, [4, 4, 4]);
     let sample = reflected(include_bytes!("testdata/sample.spv"));
     assert_eq!(sample.bindings[0].kind, Kind::Sampled { volume });
+    let texels = reflected(include_bytes!("testdata/texels.spv"));
+    assert_eq!(texels.bindings[0].kind, Kind::Texels);
+    let words = reflected(include_bytes!("testdata/words.spv"));
+    assert_eq!(words.bindings[0].kind, Kind::Words);
 }
 
 #[test]

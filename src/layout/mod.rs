@@ -16,6 +16,15 @@ pub const OPENING_ROWS: usize = 128;
 /// "No parent field" in [`FieldPose::link`].
 pub const NO_FIELD: u32 = 0xffff;
 
+/// "No seed": geometric skinning only.
+pub const NO_SEED: u32 = u32::MAX;
+
+/// Seeds of a block of a set: 32 words of bits.
+pub const SET_SEEDS: usize = 1024;
+
+/// Words of a block of a set: its bits, and how many are set.
+pub const SET_BLOCK: usize = 33;
+
 /// States of a vertex.
 pub mod state {
     /// Geometric skinning only.

@@ -1,4 +1,4 @@
-//! Order-preserving compaction of a work list, with the head of the new list for indirect dispatch.
+//! The list of a set's vertices, in the order of the seeds, with its head for indirect dispatch.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,24 +12,22 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/compact.spv"
     )),
     bindings: &[
-        Binding::read("list"),
-        Binding::read_write("dispatches"),
-        Binding::read("flags"),
-        Binding::read("group_counts"),
-        Binding::write("kept"),
+        Binding::words("seeds"),
+        Binding::words("members"),
+        Binding::write("dispatches"),
+        Binding::write("listed"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],
 };
+
+/// Seeds of an invocation.
+pub const SEEDS: u32 = 8;
 
 /// Push constants.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Constants {
     /// Row of the list's head.
-    pub dispatch: u32,
-    /// Row of the new list's head.
     pub result: u32,
-    /// Low byte of a matching flag.
-    pub wanted: u32,
 }

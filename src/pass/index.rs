@@ -11,6 +11,8 @@ pub const DECLARATION: Declaration = Declaration {
     )),
     bindings: &[
         Binding::new("fields", Access::Uniform),
+        Binding::texels("field_poses"),
+        Binding::words("field_words"),
         Binding::read_write("index"),
     ],
     constants: 0,

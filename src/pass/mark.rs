@@ -12,10 +12,11 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/mark.spv"
     )),
     bindings: &[
-        Binding::read("list"),
-        Binding::read("dispatches"),
-        Binding::read("neighbourhood_offsets"),
-        Binding::read("neighbourhoods"),
+        Binding::words("list"),
+        Binding::words("dispatches"),
+        Binding::words("neighbourhood_offsets"),
+        Binding::words("neighbourhoods"),
+        Binding::words("seed_ranks"),
         Binding::read_write("region"),
     ],
     constants: size_of::<Constants>() as u32,

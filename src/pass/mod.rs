@@ -3,7 +3,6 @@
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
 pub mod compact;
-pub mod count;
 pub mod diffuse;
 pub mod field_grid;
 pub mod index;

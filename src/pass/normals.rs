@@ -12,9 +12,9 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/normals.spv"
     )),
     bindings: &[
-        Binding::read("corner_offsets"),
-        Binding::read("corners"),
-        Binding::read("positions"),
+        Binding::words("corner_offsets"),
+        Binding::words("corners"),
+        Binding::texels("positions"),
         Binding::write("smooth_normals"),
     ],
     constants: size_of::<Constants>() as u32,

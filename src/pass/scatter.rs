@@ -12,12 +12,12 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/scatter.spv"
     )),
     bindings: &[
-        Binding::read("rows"),
-        Binding::read("row_normals"),
-        Binding::read("vertices"),
-        Binding::read("rotations"),
-        Binding::read("positions"),
-        Binding::read("smooth_normals"),
+        Binding::words("rows"),
+        Binding::texels("row_normals"),
+        Binding::texels("vertices"),
+        Binding::texels("rotations"),
+        Binding::texels("positions"),
+        Binding::texels("smooth_normals"),
         Binding::write("skin_positions"),
         Binding::write("skin_normals"),
     ],

@@ -12,12 +12,12 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/skin_dqs.spv"
     )),
     bindings: &[
-        Binding::read("rows"),
-        Binding::read("row_normals"),
-        Binding::read("vertices"),
-        Binding::read("influence_joints"),
-        Binding::read("influence_weights"),
-        Binding::read("palette"),
+        Binding::words("rows"),
+        Binding::texels("row_normals"),
+        Binding::texels("vertices"),
+        Binding::words("influence_joints"),
+        Binding::words("influence_weights"),
+        Binding::texels("palette"),
         Binding::write("positions"),
         Binding::write("normals"),
         Binding::write("rotations"),

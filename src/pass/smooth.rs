@@ -12,12 +12,12 @@ pub const DECLARATION: Declaration = Declaration {
         "/shaders/spirv/smooth.spv"
     )),
     bindings: &[
-        Binding::read("list"),
-        Binding::read("dispatches"),
-        Binding::read("ring_offsets"),
-        Binding::read("rings"),
-        Binding::read("betas"),
-        Binding::read("starts"),
+        Binding::words("list"),
+        Binding::words("dispatches"),
+        Binding::words("ring_offsets"),
+        Binding::words("rings"),
+        Binding::words("betas"),
+        Binding::texels("starts"),
         Binding::write("smoothed"),
     ],
     constants: size_of::<Constants>() as u32,

@@ -1,25 +1,18 @@
 //! Twin of `shaders/compact.comp`.
 
-use super::Args;
+use super::{Args, shared::set};
 use crate::{layout::Dispatch, pass::compact::Constants};
 
-/// Copies matching vertices in order and writes the new list's head, unless the list is empty.
+/// Lists a set's vertices in the order of the seeds and writes the list's head.
 pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
-    let list = args.read::<u32>(0);
-    let heads = args.write::<Dispatch>(1);
-    let flags = args.read::<u32>(2);
-    let kept = args.write::<u32>(4);
-    let listed = &list[..heads[c.dispatch as usize].count as usize];
+    let (seeds, members) = (args.read::<u32>(0), args.read::<u32>(1));
+    let heads = args.write::<Dispatch>(2);
+    let listed = args.write::<u32>(3);
     let mut count = 0;
-    for &v in listed
-        .iter()
-        .filter(|&&v| flags[v as usize] & 0xff == c.wanted)
-    {
-        kept[count] = v;
+    for seed in set::members(members) {
+        listed[count] = seeds[seed as usize];
         count += 1;
     }
-    if !listed.is_empty() {
-        heads[c.result as usize] = Dispatch::of(count);
-    }
+    heads[c.result as usize] = Dispatch::of(count);
 }

@@ -9,17 +9,14 @@ pub fn run(args: &mut Args<'_>) {
     let listed = list::items(args, c.dispatch);
     let (offsets, ring) = (args.read::<u32>(2), args.read::<u32>(3));
     let status = args.read::<u32>(4);
-    let region = args.read::<u32>(5);
-    let beta = args.read::<f32>(6);
-    let diffused = args.write::<f32>(7);
+    let beta = args.read::<f32>(5);
+    let diffused = args.write::<f32>(6);
     let beta_of = |v: u32| {
         let v = v as usize;
         if c.first != 0 {
             f32::from(u8::from(state::of(status[v]) == state::CONTACT))
-        } else if region[v] != 0 {
-            beta[v]
         } else {
-            0.0
+            beta[v]
         }
     };
     for &v in listed {

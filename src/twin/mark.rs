@@ -1,17 +1,24 @@
 //! Twin of `shaders/mark.comp`.
 
-use super::{Args, shared::list};
-use crate::pass::mark::Constants;
+use super::{
+    Args,
+    shared::{list, set},
+};
+use crate::{layout::NO_SEED, pass::mark::Constants};
 
-/// Marks the neighbourhood of every listed vertex.
+/// Enters the seeds in the neighbourhood of every listed vertex.
 pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let listed = list::items(args, c.dispatch);
     let (offsets, neighbourhood) = (args.read::<u32>(2), args.read::<u32>(3));
-    let region = args.write::<u32>(4);
+    let ranks = args.read::<u32>(4);
+    let region = args.write::<u32>(5);
     for &v in listed {
         for &n in list::row(offsets, neighbourhood, v) {
-            region[n as usize] |= 1;
+            let seed = ranks[n as usize];
+            if seed != NO_SEED {
+                set::enter(region, seed);
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Args,
-    shared::{field::Composite, list, rotation::rotate},
+    shared::{field::Composite, list, rotation::rotate, set},
 };
 use crate::{
     layout::{Vertex, state},
@@ -41,10 +41,12 @@ pub fn run(args: &mut Args<'_>) {
     let anchor = args.write::<[f32; 4]>(7);
     let gradient = args.write::<[f32; 4]>(8);
     let status = args.write::<u32>(9);
-    let group_count = args.write::<u32>(10);
+    let live_set = args.write::<u32>(10);
     let direction = args.read::<[f32; 4]>(11);
     let rotation = args.read::<[f32; 4]>(12);
-    let field = Composite::new(args, 13);
+    let contact_set = args.write::<u32>(13);
+    let ranks = args.read::<u32>(14);
+    let field = Composite::new(args, 15);
     let done: Vec<March> = listed
         .par_iter()
         .map(|&v| {
@@ -76,10 +78,11 @@ pub fn run(args: &mut Args<'_>) {
         anchor[v] = m.anchor.to_array();
         gradient[v] = m.gradient.to_array();
         status[v] = m.status;
-    }
-    for (group, chunk) in done.chunks(64).enumerate() {
-        let live = chunk.iter().filter(|m| state::of(m.status) == state::LIVE);
-        group_count[group] = live.count() as u32;
+        match state::of(m.status) {
+            state::LIVE => set::enter(live_set, ranks[v]),
+            state::CONTACT if c.flags & HOLD == 0 => set::enter(contact_set, ranks[v]),
+            _ => {}
+        }
     }
 }
 

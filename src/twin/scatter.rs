@@ -12,7 +12,7 @@ use crate::{layout::Vertex, pass::scatter::Constants};
 pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let vertex_of = args.read::<u32>(0);
-    let row_normal = args.read::<[f32; 3]>(1);
+    let row_normal = args.read::<[f32; 4]>(1);
     let vertices = args.read::<Vertex>(2);
     let rotation = args.read::<[f32; 4]>(3);
     let position = args.read::<[f32; 4]>(4);
@@ -22,7 +22,7 @@ pub fn run(args: &mut Args<'_>) {
     for row in 0..c.rows as usize {
         let v = vertex_of[row] as usize;
         let q = Vec4::from_array(rotation[v]);
-        let n = rotate(q, Vec3::from_array(row_normal[row]));
+        let n = rotate(q, Vec3::from_slice(&row_normal[row]));
         let turned = rotate(q, Vec3::from_array(vertices[v].normal));
         let n = rotate_between(turned, Vec3::from_slice(&smooth_normal[v]), n);
         skin_position[row] = position[v];

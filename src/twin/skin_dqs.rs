@@ -12,7 +12,7 @@ use crate::{
 pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let vertex_of = args.read::<u32>(0);
-    let row_normal = args.read::<[f32; 3]>(1);
+    let row_normal = args.read::<[f32; 4]>(1);
     let vertices = args.read::<Vertex>(2);
     let joints = args.read::<u32>(3);
     let weights = args.read::<f32>(4);
@@ -25,7 +25,7 @@ pub fn run(args: &mut Args<'_>) {
         let v = vertex_of[row] as usize;
         let blend = blend(v, &c, joints, weights, palette);
         let rest = Vec3::from_array(vertices[v].position);
-        let (p, n) = blend.apply(rest, Vec3::from_array(row_normal[row]), stretched);
+        let (p, n) = blend.apply(rest, Vec3::from_slice(&row_normal[row]), stretched);
         position[row] = p.extend(0.0).to_array();
         normal[row] = (n / n.length().max(1e-20)).extend(0.0).to_array();
         rotation[row] = blend.real.to_array();

@@ -12,7 +12,7 @@ use crate::{
 pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let vertex_of = args.read::<u32>(0);
-    let row_normal = args.read::<[f32; 3]>(1);
+    let row_normal = args.read::<[f32; 4]>(1);
     let vertices = args.read::<Vertex>(2);
     let joints = args.read::<u32>(3);
     let weights = args.read::<f32>(4);
@@ -25,7 +25,7 @@ pub fn run(args: &mut Args<'_>) {
         let rest = Vec3::from_array(vertices[v].position);
         let p = Vec3::from_array(m.map(|r| r.truncate().dot(rest) + r.w));
         let [x, y, z] = m.map(Vec4::truncate);
-        let rest_normal = Vec3::from_array(row_normal[row]);
+        let rest_normal = Vec3::from_slice(&row_normal[row]);
         let n = Vec3::new(
             y.cross(z).dot(rest_normal),
             z.cross(x).dot(rest_normal),

@@ -10,7 +10,7 @@ use crate::{
 const NULL_GRADIENT: f32 = 1e-6;
 const UNION: u32 = 0;
 
-/// The five bindings that every pass with a composed field has, from `first` on.
+/// The seven bindings that every pass with a composed field has, from `first` on.
 #[derive(Clone, Copy)]
 pub struct Composite<'a> {
     head: FieldsHead,
@@ -24,15 +24,15 @@ pub struct Composite<'a> {
 impl<'a> Composite<'a> {
     /// Reads the bindings.
     pub fn new(args: &Args<'a>, first: usize) -> Self {
-        let words = args.read::<u32>(first);
+        let words = args.read::<u32>(first + 1);
         let head = size_of::<FieldsHead>() / 4;
         Self {
-            head: bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words[..head])),
+            head: args.read(first)[0],
             fields: cast(&words[head..]),
-            index: args.read(first + 1),
-            atlas: args.image(first + 2),
-            operators: args.image(first + 3),
-            opening: args.read(first + 4),
+            index: args.read(first + 3),
+            atlas: args.image(first + 4),
+            operators: args.image(first + 5),
+            opening: args.read(first + 6),
         }
     }
 

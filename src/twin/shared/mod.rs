@@ -3,3 +3,4 @@
 pub mod field;
 pub mod list;
 pub mod rotation;
+pub mod set;
