@@ -9,6 +9,7 @@ mod builder;
 mod ceiling;
 mod hazard;
 mod profile;
+mod stamp;
 mod timings;
 
 use std::{ffi::CString, ops::Range, time::Instant};
@@ -16,6 +17,7 @@ use std::{ffi::CString, ops::Range, time::Instant};
 pub use crate::gpu::{Profile, Slot};
 pub use builder::{End, FrameBuilder, PassBuilder};
 pub use ceiling::CeilingMeter;
+pub use stamp::StampMeter;
 
 use build::{Built, Command, Dispatch};
 use builder::{Extent, Resource};

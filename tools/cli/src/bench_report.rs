@@ -31,6 +31,8 @@ pub(crate) struct Report {
     #[serde(skip)]
     stamp_us: f64,
     #[serde(skip)]
+    excess_us: f64,
+    #[serde(skip)]
     fetching: Option<Fetching>,
 }
 
@@ -149,6 +151,7 @@ impl Report {
             fetches_per_frame: mean(samples, |i| i.fetches as f64),
             profiling: compared.then(|| Profiling::new(on, off, samples.turns)),
             stamp_us: samples.stamp_ns as f64 / 1e3,
+            excess_us: samples.excess_ns as f64 / 1e3,
             fetching: Fetching::new(measured),
         }
     }
@@ -183,16 +186,19 @@ impl Report {
     }
 
     fn pass_table(&self) -> String {
-        let whole = self.frame.gpu_ms.p50;
-        let mut table = Table::new(1, ["GPU", "calls", "min ms", "p50 ms", "p95 ms", "share"]);
+        let whole = self.frame.gpu_ms.mean;
+        let mut table = Table::new(
+            1,
+            ["GPU", "calls", "min ms", "p50 ms", "p95 ms", "mean share"],
+        );
         let mut row = |name: &str, calls: String, ms: Spread, share: String| {
             let [min, p50, p95] = [ms.min, ms.p50, ms.p95].map(|ms| format!("{ms:.3}"));
             table.row([name.into(), calls, min, p50, p95, share]);
         };
         let mut sum = 0.0;
         for pass in &self.passes {
-            sum += pass.gpu_ms.p50;
-            let share = percent(pass.gpu_ms.p50, whole);
+            sum += pass.gpu_ms.mean;
+            let share = percent(pass.gpu_ms.mean, whole);
             row(&pass.name, pass.calls.to_string(), pass.gpu_ms, share);
         }
         let frame = &self.frame;
@@ -220,14 +226,14 @@ impl Report {
 
     /// Whether the passes account for the frame.
     fn sum_line(&self) -> String {
-        let sum: f64 = self.passes.iter().map(|p| p.gpu_ms.p50).sum();
-        let whole = self.frame.gpu_ms.p50;
+        let sum: f64 = self.passes.iter().map(|p| p.gpu_ms.mean).sum();
+        let whole = self.frame.gpu_ms.mean;
         if sum > 0.0 && whole > 0.0 {
             let share = percent(sum, whole);
             format!(
-                "\npasses add up to {share} of the frame, sum of medians over median; \
-                 {:.1} µs a timestamp are taken off",
-                self.stamp_us
+                "\npasses add up to {share} of the frame, sum of means over mean; \
+                 {:.1} µs a timestamp and {:.1} µs an interval are taken off",
+                self.stamp_us, self.excess_us
             )
         } else {
             String::new()

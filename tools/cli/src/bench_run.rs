@@ -3,7 +3,7 @@
 use dermis::{
     Result,
     deformer::{Deformer, Device},
-    frame::CeilingMeter,
+    frame::{CeilingMeter, StampMeter},
     gpu::{Gpu, Profile},
     report::{Ceiling, MemoryReport},
     rig::Pose,
@@ -42,6 +42,7 @@ pub(crate) struct Run {
     deformer: Deformer,
     gpu: Option<Gpu>,
     meter: Option<CeilingMeter>,
+    stamp_meter: Option<StampMeter>,
     compare: bool,
 }
 
@@ -61,6 +62,7 @@ impl Run {
             deformer,
             gpu,
             meter: ceiling.map(CeilingMeter::new).transpose()?,
+            stamp_meter: ceiling.map(StampMeter::new).transpose()?,
             compare,
         })
     }
@@ -76,10 +78,14 @@ impl Run {
         let stride = stride(turns, poses.len());
         samples = Samples::default();
         let (mut ceilings, mut plain_ns) = (Vec::new(), Vec::new());
+        let mut excess_ns = Vec::new();
         for round in 0..frames.div_ceil(turns) {
             let pose = |turn: usize| &poses[(round * stride + turn) % poses.len()];
             if let Some(meter) = &mut self.meter {
                 ceilings.push(meter.measure()?);
+                if let Some(meter) = &mut self.stamp_meter {
+                    excess_ns.push(meter.measure()?);
+                }
                 // The meter leaves the caches cold.
                 self.plain(pose(0))?;
             }
@@ -95,6 +101,7 @@ impl Run {
                 }
             }
         }
+        samples.take_off(median_of(excess_ns));
         Ok(Measured {
             samples,
             memory: self.deformer.memory(),
@@ -115,6 +122,11 @@ impl Run {
         profile(Profile::Sampled);
         played
     }
+}
+
+fn median_of(mut values: Vec<u64>) -> u64 {
+    values.sort_unstable();
+    values.get(values.len() / 2).copied().unwrap_or(0)
 }
 
 /// Poses from one round to the next: at least a round's frames, and no divisor in common with the number of poses, so that

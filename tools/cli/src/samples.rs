@@ -10,6 +10,9 @@ use std::time::Instant;
 
 use crate::stats::Spread;
 
+/// Steps that are no dispatches and have no state to set up anew.
+const TRANSFERS: [&str; 2] = ["fill", "copy"];
+
 /// What was measured in a run of frames.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
@@ -18,7 +21,11 @@ pub(crate) struct Samples {
     pub(crate) turns: usize,
     /// What a timestamp costs; taken off all times.
     pub(crate) stamp_ns: u64,
+    /// What timed calls take longer than untimed ones, beyond the timestamp; taken off every interval.
+    pub(crate) excess_ns: u64,
+    /// Of the frames that time no pass, which are the undisturbed ones; of all where every frame times one.
     pub(crate) gpu_ns: Vec<u64>,
+    disturbed_gpu_ns: Vec<u64>,
     pub(crate) cpu_record_ns: Vec<u64>,
     pub(crate) wall_ns: Vec<u64>,
     pub(crate) iterations: Vec<Iterations>,
@@ -31,6 +38,8 @@ pub(crate) struct Pass {
     /// Rows of the frames.
     pub(crate) frames: Vec<usize>,
     pub(crate) calls: Vec<u64>,
+    /// Runs of calls between two timestamps.
+    intervals: Vec<u64>,
     pub(crate) ns: Vec<u64>,
 }
 
@@ -57,14 +66,35 @@ impl Samples {
     fn add(&mut self, timings: &FrameTimings) {
         self.turns = timings.turns as usize;
         self.stamp_ns = timings.stamp_ns;
-        self.gpu_ns.push(timings.gpu_ns);
+        let gpu_ns = if timings.passes.is_empty() {
+            &mut self.gpu_ns
+        } else {
+            &mut self.disturbed_gpu_ns
+        };
+        gpu_ns.push(timings.gpu_ns);
         self.cpu_record_ns.push(timings.cpu_record_ns);
-        let frame = self.gpu_ns.len() - 1;
+        let frame = self.cpu_record_ns.len() - 1;
         for (name, calls, ns) in timings.by_name() {
             let pass = self.pass(name);
             pass.frames.push(frame);
             pass.calls.push(calls as u64);
+            let intervals = timings.passes.iter().filter(|p| p.name == name);
+            pass.intervals.push(intervals.count() as u64);
             pass.ns.push(ns);
+        }
+    }
+
+    /// Takes the excess off every interval, once all frames are played.
+    pub(crate) fn take_off(&mut self, excess_ns: u64) {
+        self.excess_ns = excess_ns;
+        let dispatched = |pass: &&mut Pass| !TRANSFERS.contains(&pass.name.as_str());
+        for pass in self.passes.iter_mut().filter(dispatched) {
+            for (ns, intervals) in pass.ns.iter_mut().zip(&pass.intervals) {
+                *ns = ns.saturating_sub(excess_ns * intervals);
+            }
+        }
+        if self.gpu_ns.is_empty() {
+            self.gpu_ns.append(&mut self.disturbed_gpu_ns);
         }
     }
 
@@ -75,6 +105,7 @@ impl Samples {
                 name: name.into(),
                 frames: Vec::new(),
                 calls: Vec::new(),
+                intervals: Vec::new(),
                 ns: Vec::new(),
             });
             self.passes.len() - 1
