@@ -1,5 +1,5 @@
-// Linearly filtered 3D samples as the projection takes them: a workgroup stays within one tile of the atlas and its
-// lanes lie close together. Measures the device's ceiling, nothing of a character.
+// Linearly filtered 3D samples at best: a workgroup stays within one tile of the atlas and its lanes lie close together,
+// so that samples share texels. Measures the device's ceiling, nothing of a character.
 #version 460
 
 layout(local_size_x = 64) in;

@@ -286,6 +286,11 @@ impl GpuResources {
         self.buffers[resource as usize].is_some()
     }
 
+    /// Extent and texels of the fields' atlas.
+    pub(super) fn atlas(&self, gpu: &Gpu) -> Result<([u32; 3], Vec<u8>)> {
+        Ok((self.atlas.extent(), gpu.download_image(&self.atlas)?))
+    }
+
     /// Atlas and operators for a comparison with the twins.
     #[cfg(test)]
     pub(super) fn images(&self, gpu: &Gpu) -> Result<(Image, Image)> {

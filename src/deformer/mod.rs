@@ -2,6 +2,7 @@
 
 mod cpu;
 mod machine;
+mod places;
 mod plan;
 mod pose;
 mod resource;
@@ -13,6 +14,7 @@ use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 
+pub use places::Places;
 pub use plan::{Extent, Pass, Sizes, Step};
 pub use resource::{Kind, Resource};
 pub use settings::{Method, Settings};

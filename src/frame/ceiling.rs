@@ -64,6 +64,7 @@ impl CeilingMeter {
         Ok(Ceiling {
             fetch3d_per_s: f64::from(COUNT * ceiling_fetch::SAMPLES) / seconds(&mut self.fetch)?,
             copy_bytes_per_s: f64::from(COUNT) * 32.0 / seconds(&mut self.copy)?,
+            replay3d_per_s: 0.0,
         })
     }
 }
@@ -108,7 +109,7 @@ fn copy(gpu: &Gpu, source: &Buffer, target: &Buffer, count: u32) -> Result<Frame
 }
 
 /// Seconds of a run, on the device's clock where it has one.
-fn seconds(frame: &mut Frame) -> Result<f64> {
+pub(super) fn seconds(frame: &mut Frame) -> Result<f64> {
     frame.set_profile(Profile::Full);
     let before = Instant::now();
     frame.run()?;

@@ -9,6 +9,7 @@ mod builder;
 mod ceiling;
 mod hazard;
 mod profile;
+mod replay;
 mod stamp;
 mod timings;
 
@@ -17,6 +18,7 @@ use std::{ffi::CString, ops::Range, time::Instant};
 pub use crate::gpu::{Profile, Slot};
 pub use builder::{End, FrameBuilder, PassBuilder};
 pub use ceiling::CeilingMeter;
+pub use replay::ReplayMeter;
 pub use stamp::StampMeter;
 
 use build::{Built, Command, Dispatch};

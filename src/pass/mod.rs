@@ -2,6 +2,7 @@
 
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
+pub mod ceiling_replay;
 pub mod compact;
 pub mod diffuse;
 pub mod field_grid;

@@ -142,6 +142,9 @@ pub struct Ceiling {
     pub fetch3d_per_s: f64,
     /// Bytes read plus bytes written a second by a vec4 copy.
     pub copy_bytes_per_s: f64,
+    /// Samples a second at the places where a projection takes them, with nothing else to do; 0 where there is none.
+    #[serde(default)]
+    pub replay3d_per_s: f64,
 }
 
 impl Ceiling {
@@ -150,6 +153,7 @@ impl Ceiling {
         Self {
             fetch3d_per_s: self.fetch3d_per_s.max(other.fetch3d_per_s),
             copy_bytes_per_s: self.copy_bytes_per_s.max(other.copy_bytes_per_s),
+            replay3d_per_s: self.replay3d_per_s.max(other.replay3d_per_s),
         }
     }
 }

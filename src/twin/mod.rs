@@ -2,6 +2,7 @@
 
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
+pub mod ceiling_replay;
 pub mod compact;
 pub mod diffuse;
 pub mod field_grid;
@@ -24,3 +25,4 @@ pub use args::{Args, Image};
 pub(crate) use args::{Slot, cast};
 pub use ceiling_copy::ceiling_copy;
 pub use ceiling_fetch::ceiling_fetch;
+pub use ceiling_replay::ceiling_replay;

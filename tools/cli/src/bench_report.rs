@@ -110,21 +110,21 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[derive(Debug)]
 struct Fetching {
     per_s: f64,
-    /// Median over median.
+    /// Of the ceiling, median over median.
     share: f64,
-    /// Best over best.
-    best: f64,
+    /// Of the rate at the same places, median over median.
+    in_place: f64,
 }
 
 impl Fetching {
     fn new(measured: &Measured) -> Option<Self> {
         let rates = measured.samples.fetch_rates();
-        let ceilings = || measured.ceilings.iter().map(|c| c.fetch3d_per_s);
+        let ceiling = |of: fn(&Ceiling) -> f64| median(measured.ceilings.iter().map(of));
         let per_s = median(rates.iter().copied())?;
         Some(Self {
             per_s,
-            share: per_s / median(ceilings())?,
-            best: rates.last()? / ceilings().fold(0.0, f64::max),
+            share: per_s / ceiling(|c| c.fetch3d_per_s)?,
+            in_place: per_s / ceiling(|c| c.replay3d_per_s)?,
         })
     }
 }
@@ -255,8 +255,9 @@ impl Report {
     fn ceiling_line(&self) -> Option<String> {
         let ceiling = self.ceiling?;
         let mut line = format!(
-            "ceiling of this device: {:.0} M 3D fetches/s, {:.1} GB/s copied",
+            "ceiling of this device: {:.0} M 3D fetches/s ({:.0} M at the projection's places), {:.1} GB/s copied",
             ceiling.fetch3d_per_s * 1e-6,
+            ceiling.replay3d_per_s * 1e-6,
             ceiling.copy_bytes_per_s * 1e-9
         );
         if let Some(fetches) = self.fetches_per_frame {
@@ -264,11 +265,11 @@ impl Report {
         }
         if let Some(fetching) = &self.fetching {
             line += &format!(
-                "\nproject: {:.0} M fetches/s, {:.1} % of the device's ceiling measured beside it \
-                 (medians; the best of both {:.1} %)",
+                "\nproject: {:.0} M fetches/s, {:.1} % of that ceiling; {:.1} % of what the device reaches at the \
+                 same places of the fields with nothing else to do (medians)",
                 fetching.per_s * 1e-6,
                 fetching.share * 100.0,
-                fetching.best * 100.0
+                fetching.in_place * 100.0
             );
         }
         Some(line)

@@ -3,7 +3,7 @@
 use dermis::{
     Result,
     deformer::{Deformer, Device},
-    frame::{CeilingMeter, StampMeter},
+    frame::{CeilingMeter, ReplayMeter, StampMeter},
     gpu::{Gpu, Profile},
     report::{Ceiling, MemoryReport},
     rig::Pose,
@@ -37,12 +37,50 @@ pub(crate) struct Measured {
     pub(crate) plain_ns: Vec<u64>,
 }
 
+/// What is measured on a device of its own, between the frames.
+struct Meters {
+    gpu: Gpu,
+    ceiling: CeilingMeter,
+    stamp: StampMeter,
+    /// None where nothing is projected.
+    replay: Option<ReplayMeter>,
+}
+
+impl Meters {
+    fn new(gpu: &Gpu) -> Result<Self> {
+        Ok(Self {
+            gpu: gpu.clone(),
+            ceiling: CeilingMeter::new(gpu)?,
+            stamp: StampMeter::new(gpu)?,
+            replay: None,
+        })
+    }
+
+    /// Takes the samples of the deformer's last frame for its own; a round samples every place `steps` times.
+    fn follow(&mut self, deformer: &mut Deformer) -> Result<()> {
+        let places = deformer.places()?;
+        if !places.places.is_empty() {
+            let (texels, steps) = (&places.texels, deformer.settings().steps);
+            let meter = ReplayMeter::new(&self.gpu, places.extent, texels, &places.places, steps)?;
+            self.replay = Some(meter);
+        }
+        Ok(())
+    }
+
+    fn measure(&mut self) -> Result<(Ceiling, u64)> {
+        let mut ceiling = self.ceiling.measure()?;
+        if let Some(replay) = &mut self.replay {
+            ceiling.replay3d_per_s = replay.measure()?;
+        }
+        Ok((ceiling, self.stamp.measure()?))
+    }
+}
+
 /// A deformer to be measured, and what is measured beside it.
 pub(crate) struct Run {
     deformer: Deformer,
     gpu: Option<Gpu>,
-    meter: Option<CeilingMeter>,
-    stamp_meter: Option<StampMeter>,
+    meters: Option<Meters>,
     compare: bool,
 }
 
@@ -61,8 +99,7 @@ impl Run {
         Ok(Self {
             deformer,
             gpu,
-            meter: ceiling.map(CeilingMeter::new).transpose()?,
-            stamp_meter: ceiling.map(StampMeter::new).transpose()?,
+            meters: ceiling.map(Meters::new).transpose()?,
             compare,
         })
     }
@@ -73,6 +110,9 @@ impl Run {
         for i in 0..length.warm_up.max(1) {
             samples.play(&mut self.deformer, &poses[i % poses.len()])?;
         }
+        if let Some(meters) = &mut self.meters {
+            meters.follow(&mut self.deformer)?;
+        }
         let turns = samples.turns.max(1);
         let frames = length.frames.unwrap_or(FRAMES.max(ROUNDS * turns));
         let stride = stride(turns, poses.len());
@@ -81,12 +121,11 @@ impl Run {
         let mut excess_ns = Vec::new();
         for round in 0..frames.div_ceil(turns) {
             let pose = |turn: usize| &poses[(round * stride + turn) % poses.len()];
-            if let Some(meter) = &mut self.meter {
-                ceilings.push(meter.measure()?);
-                if let Some(meter) = &mut self.stamp_meter {
-                    excess_ns.push(meter.measure()?);
-                }
-                // The meter leaves the caches cold.
+            if let Some(meters) = &mut self.meters {
+                let (ceiling, excess) = meters.measure()?;
+                ceilings.push(ceiling);
+                excess_ns.push(excess);
+                // The meters leave the caches cold.
                 self.plain(pose(0))?;
             }
             for turn in 0..turns {
