@@ -1,4 +1,5 @@
-// The composed field at every vertex of the rest pose: iso-values and the directions of the gradients.
+// The composed field at every vertex of the rest pose: iso-values, the directions of the gradients, and how many fields
+// are around it.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 3
@@ -7,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform samplerBuffer positions;
 layout(set = 0, binding = 1, std430) writeonly buffer Values { float value[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer Directions { vec4 direction[]; }; // unit, or 0 without a gradient
+layout(set = 0, binding = 2, std430) writeonly buffer Directions { vec4 direction[]; }; // unit, or 0 without a gradient; w: fields
 layout(push_constant) uniform Constants {
     uint vertices;
 } constants;
@@ -15,8 +16,9 @@ layout(push_constant) uniform Constants {
 void main() {
     uint v = gl_GlobalInvocationID.x;
     if (v < constants.vertices) {
-        vec4 sampled = evaluate(fetch(positions, v).xyz);
+        vec3 x = fetch(positions, v).xyz;
+        vec4 sampled = evaluate(x);
         value[v] = sampled.x;
-        direction[v] = vec4(sampled.yzw / max(length(sampled.yzw), 1e-20), 0.0);
+        direction[v] = vec4(sampled.yzw / max(length(sampled.yzw), 1e-20), float(fields_around(x)));
     }
 }

@@ -130,12 +130,47 @@ uvec2 cell_pair(vec3 x, uint pair, uint pairs) {
     return inside ? uvec2(word(index, i), word(index, i + 1u)) : uvec2(0u);
 }
 
+// Pairs of words of an index cell. Not from the uniform block: a loop limit from there makes lavapipe compile the shader at
+// every dispatch.
+uint cell_pairs() {
+    return uint(textureSize(index)) / uint(2 * CELLS * CELLS * CELLS);
+}
+
+// Number of the fields whose boxes hold x.
+uint fields_around(vec3 x) {
+    uint pairs = cell_pairs(), pair = 0u, around = 0u;
+    do {
+        uvec2 bits = cell_pair(x, pair, pairs);
+        bits = holding(bits, pair * 64u, x) & bits;
+        around += uint(bitCount(bits.x) + bitCount(bits.y));
+        pair++;
+    } while (pair < pairs);
+    return around;
+}
+
+// The same where all of them have this motion; 0 where one has another.
+uint fields_moving_as(uint motion, vec3 x) {
+    uint pairs = cell_pairs(), pair = 0u, around = 0u;
+    bool as_one = motion != NO_MOTION;
+    do {
+        uvec2 bits = as_one ? cell_pair(x, pair, pairs) : uvec2(0u);
+        do {
+            bool any_left = (bits.x | bits.y) != 0u;
+            uint i = pair * 64u + take_bit(bits);
+            bool held = any_left && holds(field_box(i), x);
+            around += held ? 1u : 0u;
+            as_one = as_one && !(held && field_word(i, TILE) >> 24 != motion);
+            bits = as_one ? bits : uvec2(0u);
+        } while ((bits.x | bits.y) != 0u);
+        pair++;
+    } while (pair < pairs);
+    return as_one ? around : 0u;
+}
+
 // f and its gradient; zero in empty cells and outside the index.
 vec4 evaluate(vec3 x) {
     vec4 best = vec4(0.0);
-    // Not from the uniform block: a loop limit from there makes lavapipe compile the shader at every dispatch.
-    uint pairs = uint(textureSize(index)) / uint(2 * CELLS * CELLS * CELLS);
-    uint pair = 0u;
+    uint pairs = cell_pairs(), pair = 0u;
     do {
         uvec2 bits = cell_pair(x, pair, pairs);
         bits = holding(bits, pair * 64u, x) & bits;

@@ -6,7 +6,8 @@
 // normal, and joint row of its part.
 
 // A posed joint (JointPose) is seven texels: three rows of rest → model space; a dual quaternion, w the scalar part; the
-// symmetric stretch before it, xx xy xz and yy yz zz, where w of joint 0 says that any joint is not rigid.
+// symmetric stretch before it, xx xy xz and the number of the motion, yy yz zz, where w of joint 0 says that any joint is
+// not rigid.
 const uint JOINT_TEXELS = 7u;
 const uint REAL = 3u;
 const uint DUAL = 4u;
@@ -16,10 +17,13 @@ const uint STRETCH = 5u;
 // four words: tile in the atlas, link in the composition, first and last index cell of its box.
 const uint FIELD_HEAD = 3u;
 const uint FIELD_TEXELS = 4u;
-const uint TILE = 0u; // x | y << 8 | z << 16
+const uint TILE = 0u; // x | y << 8 | z << 16 | motion << 24
 const uint LINK = 1u; // parent field | operator volume << 16 | opening << 24
 const uint FIRST_CELL = 2u; // x | y << 8 | z << 16
 const uint LAST_CELL = 3u;
+
+// Joints and fields with the same number move as one; no field moves with those of NO_MOTION.
+const uint NO_MOTION = 255u;
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;

@@ -197,9 +197,9 @@ impl Deformer {
         let heads = self.machine.read::<Dispatch>(Resource::Dispatches)?;
         let evaluations = status.iter().map(|s| u64::from(state::evaluations(*s)));
         Ok(Iterations {
-            newton_mean: evaluations.clone().sum::<u64>() as f64 / heads[0].count.max(1) as f64,
+            newton_mean: evaluations.clone().sum::<u64>() as f64 / heads[1].count.max(1) as f64,
             newton_max: evaluations.max().unwrap_or(0) as u32,
-            rounds: heads[..self.settings.rounds as usize]
+            rounds: heads[1..=self.settings.rounds as usize]
                 .iter()
                 .filter(|h| h.count > 0)
                 .count() as u32,

@@ -133,10 +133,13 @@ fn implicit(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     steps
 }
 
-/// Rounds of projection, compaction of the live vertices and relaxation (section 5).
+/// Rounds of projection of the vertices that move against a field, compaction of the live vertices and relaxation (section 5).
 fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
     let lists = [Resource::LiveA, Resource::LiveB];
-    let mut from = Resource::SeedList;
+    let mut from = Resource::LiveB;
+    steps.push(Step::Clear(Resource::LiveSet));
+    steps.push(moved(sizes));
+    steps.push(compact(sizes, Resource::LiveSet, from, 1));
     for round in 0..settings.rounds {
         let start = if round == 0 {
             Resource::Geometric
@@ -154,12 +157,12 @@ fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
         if !last {
             steps.push(Step::Clear(Resource::LiveSet));
         }
-        let projection = project(settings, from, round, start, count, fresh | limit);
+        let projection = project(settings, from, round + 1, start, count, fresh | limit);
         steps.push(composed(projection, sizes));
         if !last {
             let to = lists[round as usize % 2];
-            steps.push(compact(sizes, Resource::LiveSet, to, round + 1));
-            steps.push(relax(to, round + 1));
+            steps.push(compact(sizes, Resource::LiveSet, to, round + 2));
+            steps.push(relax(to, round + 2));
             from = to;
         }
     }
@@ -219,6 +222,32 @@ fn composed(mut step: Step, sizes: &Sizes) -> Step {
         *variant = u32::from(sizes.operators > 0);
     }
     step
+}
+
+fn moved(sizes: &Sizes) -> Step {
+    let constants = pass::moved::Constants {
+        dispatch: 0,
+        width: sizes.width,
+    };
+    let bind = [
+        Resource::SeedList,
+        Resource::Dispatches,
+        Resource::Geometric,
+        Resource::IsoValues,
+        Resource::Directions,
+        Resource::InfluenceJoints,
+        Resource::InfluenceWeights,
+        Resource::Palette,
+        Resource::SeedRanks,
+        Resource::Positions,
+        Resource::Status,
+        Resource::LiveSet,
+        Resource::Fields,
+        Resource::Fields,
+        Resource::Fields,
+        Resource::Index,
+    ];
+    dispatch(pass!(moved), &bind, &constants, Extent::Indirect(0))
 }
 
 /// `bind`, and the seven bindings of the composed field.

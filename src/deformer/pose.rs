@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use super::statics::Statics;
 use crate::{
     field::{AtlasLayout, GRID},
-    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose, pack},
+    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose, NO_MOTION, pack},
     rig::{Pose, Rig},
 };
 
@@ -18,6 +18,8 @@ const RIGID: f64 = 1e-5;
 pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
+    /// Number of the motion of every joint.
+    motions: Vec<u32>,
 }
 
 impl PoseUpload {
@@ -25,6 +27,7 @@ impl PoseUpload {
         Self {
             palette: Vec::new(),
             fields: vec![0; FIELDS_BYTES],
+            motions: Vec::new(),
         }
     }
 
@@ -44,6 +47,11 @@ impl PoseUpload {
         self.palette.extend(pose.matrices.iter().map(joint_pose));
         let stretched = self.palette.iter().any(is_stretched);
         self.palette[0].stretch1[3] = f32::from(u8::from(stretched));
+        self.motions.clear();
+        self.motions.extend(motions(rig, statics, pose));
+        for (joint, motion) in self.palette.iter_mut().zip(&self.motions) {
+            joint.stretch0[3] = *motion as f32;
+        }
         self.set_fields(rig, statics, layout, pose);
     }
 
@@ -70,7 +78,8 @@ impl PoseUpload {
             };
             let field = FieldPose {
                 rows: rows(&to_model.inverse()),
-                tile: pack(layout.tile(i as u32)),
+                tile: pack(layout.tile(i as u32))
+                    | self.motions[rig.fields[i].joint as usize] << 24,
                 link: statics.links[i],
                 first_cell: pack(cell(first).to_array()),
                 last_cell: pack(cell(last).to_array()),
@@ -95,6 +104,23 @@ impl PoseUpload {
         };
         self.fields[..head].copy_from_slice(bytes_of(&content));
     }
+}
+
+/// For every joint the first field that moves as it does anywhere on the character.
+fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u32> {
+    let (reach, still) = (statics.reach, statics.still);
+    let of_field = |i: usize| &pose.matrices[rig.fields[i].joint as usize];
+    pose.matrices.iter().map(move |joint| {
+        let as_one = |i: &usize| moves_as(joint, of_field(*i), reach, still);
+        let first = (0..rig.fields.len()).find(as_one);
+        first.map_or(NO_MOTION, |i| i as u32)
+    })
+}
+
+/// Two motions carry points up to `reach` from the origin to within `still` of each other.
+fn moves_as(a: &Mat4, b: &Mat4, reach: f32, still: f32) -> bool {
+    let apart = |k: usize| (a.col(k) - b.col(k)).abs().max_element();
+    apart(0).max(apart(1)).max(apart(2)) * reach + apart(3) <= still
 }
 
 /// Bounds of the unit cube carried by `m`, a little wider than rounding.
@@ -162,7 +188,7 @@ fn polar_rotation(m: &DMat3) -> DMat3 {
 }
 
 fn is_stretched(joint: &JointPose) -> bool {
-    joint.stretch0 != [1.0, 0.0, 0.0, 0.0] || joint.stretch1[..3] != [1.0, 0.0, 1.0]
+    joint.stretch0[..3] != [1.0, 0.0, 0.0] || joint.stretch1[..3] != [1.0, 0.0, 1.0]
 }
 
 #[cfg(test)]

@@ -32,6 +32,10 @@ pub(super) struct Statics {
     pub(super) words: BTreeMap<u32, usize>,
     /// [`crate::layout::FieldPose::link`] of every field.
     pub(super) links: Vec<u32>,
+    /// Greatest distance of a vertex from the origin, in rest units.
+    pub(super) reach: f32,
+    /// Distance in rest units by which points may miss each other and still move as one.
+    pub(super) still: f32,
     /// Operators with a volume, in the order of their numbers (from 1).
     pub(super) operators: Vec<Operator>,
 }
@@ -55,6 +59,10 @@ impl Statics {
         s.influences(rig);
         s.composition(rig)?;
         s.sizes.operators = s.operators.len() as u32;
+        let lengths = rig.mesh.positions.iter().map(|p| p.length());
+        s.reach = lengths.fold(0.0, f32::max);
+        let radii = rig.fields.iter().map(|f| rig.radius[f.joint as usize]);
+        s.still = STILL * radii.reduce(f32::min).unwrap_or(0.0);
         s.transients(settings);
         Ok(s)
     }
@@ -214,6 +222,9 @@ impl Statics {
         );
     }
 }
+
+/// Share of the least radius; times the slope of a field, at most 1/r, a third of the tolerance of iso-values.
+const STILL: f32 = 3e-5;
 
 /// Cells of the Morton code along the longest axis; two thousandths of a character are close enough.
 const MORTON_CELLS: f32 = 511.0;

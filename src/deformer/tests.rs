@@ -161,7 +161,7 @@ fn name(step: &Step) -> &'static str {
 fn branched(pass: &str, gpu: &Words, twin: &Words, size: f32) -> Vec<usize> {
     let (status, positions) = (Resource::Status as u32, Resource::Positions as u32);
     match pass {
-        "project" => (0..gpu[&status].len())
+        "project" | "moved" => (0..gpu[&status].len())
             .filter(|&v| gpu[&status][v] != twin[&status][v])
             .collect(),
         "touch" => differing(
@@ -366,4 +366,42 @@ fn no_vertex_moves_further_than_the_radius_of_its_part() {
         }
         assert!(moved > 10, "{file}: the pose moves nothing");
     }
+}
+
+#[test]
+fn what_moves_as_one_is_not_projected_and_is_on_its_iso_value() {
+    let (Some(gpu), Some(rig)) = (gpu(), rig("mesh2motion/human-male.glb", &[])) else {
+        return;
+    };
+    let mut local = vec![glam::Mat4::IDENTITY; rig.skeleton.joints.len()];
+    local[rig.skeleton.find("head").unwrap()] = glam::Mat4::from_rotation_x(0.4);
+    let pose = Pose::from_local(&rig.skeleton, &local).unwrap();
+    let device = Device::Gpu(gpu);
+    let mut deformer = Deformer::new(&device, rig.clone(), &Settings::default()).unwrap();
+    deformer.advance(&pose).unwrap();
+    let read = |d: &mut Deformer, r| d.machine.read::<u32>(r).unwrap();
+    let status = read(&mut deformer, Resource::Status);
+    let iso = deformer.machine.read::<f32>(Resource::IsoValues).unwrap();
+    let at = deformer
+        .machine
+        .read::<[f32; 4]>(Resource::Positions)
+        .unwrap();
+    // The composed field there, by the pass that measures iso-values.
+    let measure = plan::measure_iso(&deformer.statics.sizes);
+    let Deformer {
+        machine, upload, ..
+    } = &mut deformer;
+    machine
+        .once(&measure, upload, Resource::Positions, &at)
+        .unwrap();
+    let field = machine.read::<f32>(Resource::IsoValues).unwrap();
+    let settled = |v: &usize| state::of(status[*v]) == state::ON_ISO;
+    let all: Vec<usize> = (0..status.len()).filter(settled).collect();
+    let still = all.iter().filter(|v| state::evaluations(status[**v]) == 0);
+    for &v in still.clone() {
+        assert!((field[v] - iso[v]).abs() <= 1e-4, "{v}");
+        assert_eq!(at[v][3], iso[v]);
+    }
+    let still = still.count();
+    assert!(still * 2 > all.len() && still < all.len(), "{still}");
 }

@@ -16,6 +16,9 @@ pub const OPENING_ROWS: usize = 128;
 /// "No parent field" in [`FieldPose::link`].
 pub const NO_FIELD: u32 = 0xffff;
 
+/// Number of a motion that no field has. Joints and fields with the same number move as one.
+pub const NO_MOTION: u32 = 255;
+
 /// "No seed": geometric skinning only.
 pub const NO_SEED: u32 = u32::MAX;
 
@@ -83,7 +86,7 @@ pub struct JointPose {
     pub real: [f32; 4],
     /// Dual part of the dual quaternion, xyzw.
     pub dual: [f32; 4],
-    /// Symmetric stretch: xx xy xz, unused.
+    /// Symmetric stretch: xx xy xz; number of the motion.
     pub stretch0: [f32; 4],
     /// Symmetric stretch: yy yz zz; w of joint 0: any joint is not rigid.
     pub stretch1: [f32; 4],
@@ -95,7 +98,7 @@ pub struct JointPose {
 pub struct FieldPose {
     /// Rows of model space → box coordinates.
     pub rows: [[f32; 4]; 3],
-    /// Its tile in the atlas: x | y << 8 | z << 16.
+    /// Its tile in the atlas: x | y << 8 | z << 16 | number of its motion << 24.
     pub tile: u32,
     /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24.
     pub link: u32,

@@ -9,6 +9,7 @@ pub mod field_grid;
 pub mod index;
 pub mod mark;
 pub mod measure;
+pub mod moved;
 pub mod normals;
 pub mod project;
 pub mod relax;

@@ -19,8 +19,10 @@ pub fn run(args: &mut Args<'_>) {
         .zip(&mut direction[..count])
         .zip(position)
         .for_each(|((value, direction), p)| {
-            let (f, g) = field.evaluate(Vec3::from_slice(p), &mut 0);
+            let x = Vec3::from_slice(p);
+            let (f, g) = field.evaluate(x, &mut 0);
             *value = f;
-            *direction = (g / g.length().max(1e-20)).extend(0.0).to_array();
+            let around = field.around(x) as f32;
+            *direction = (g / g.length().max(1e-20)).extend(around).to_array();
         });
 }

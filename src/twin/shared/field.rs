@@ -3,26 +3,23 @@
 use glam::{Vec3, Vec4};
 
 use crate::{
-    layout::{CELLS, FieldPose, FieldsHead, OPENING_ROWS, unpack},
+    layout::{CELLS, FieldPose, FieldsHead, NO_MOTION, OPENING_ROWS, unpack},
     twin::{Args, Image, cast},
 };
 
 const NULL_GRADIENT: f32 = 1e-6;
 const UNION: u32 = 0;
 
-/// The seven bindings that every pass with a composed field has, from `first` on.
+/// The first four bindings of a composed field: where its fields are.
 #[derive(Clone, Copy)]
-pub struct Composite<'a> {
+pub struct Boxes<'a> {
     head: FieldsHead,
     fields: &'a [FieldPose],
     index: &'a [u32],
-    atlas: &'a Image,
-    operators: &'a Image,
-    opening: &'a [f32],
 }
 
-impl<'a> Composite<'a> {
-    /// Reads the bindings.
+impl<'a> Boxes<'a> {
+    /// Reads the bindings, from `first` on.
     pub fn new(args: &Args<'a>, first: usize) -> Self {
         let words = args.read::<u32>(first + 1);
         let head = size_of::<FieldsHead>() / 4;
@@ -30,35 +27,33 @@ impl<'a> Composite<'a> {
             head: args.read(first)[0],
             fields: cast(&words[head..]),
             index: args.read(first + 3),
-            atlas: args.image(first + 4),
-            operators: args.image(first + 5),
-            opening: args.read(first + 6),
         }
     }
 
-    /// Model units a rest unit.
-    pub fn scale(&self) -> f32 {
-        self.head.box_scale[3]
+    /// Number of the fields whose boxes hold `x`.
+    pub fn around(&self, x: Vec3) -> u32 {
+        let held = self.near(x).filter(|i| self.place(*i, x).is_some());
+        held.count() as u32
     }
 
-    /// f and its gradient at `x` in model space; counts texture fetches.
-    pub fn evaluate(&self, x: Vec3, fetches: &mut u32) -> (f32, Vec3) {
-        let mut best = Vec4::ZERO;
-        let Some(cell) = self.cell(x) else {
-            return (0.0, Vec3::ZERO);
-        };
-        for (word, &mask) in cell.iter().enumerate() {
-            let mut bits = mask;
-            while bits != 0 {
-                let i = word * 32 + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let s = self.at_joint(i, x, fetches);
-                if s.x > best.x {
-                    best = s;
-                }
-            }
+    /// The same where all of them have this motion; 0 where one has another.
+    pub fn moving_as(&self, motion: u32, x: Vec3) -> u32 {
+        let mut held = self.near(x).filter(|i| self.place(*i, x).is_some());
+        let as_one = held.all(|i| self.fields[i].tile >> 24 == motion);
+        if as_one && motion != NO_MOTION {
+            self.around(x)
+        } else {
+            0
         }
-        (best.x, Vec3::new(best.y, best.z, best.w))
+    }
+
+    /// Fields in the index cell that holds `x`, ascending.
+    fn near(&self, x: Vec3) -> impl Iterator<Item = usize> {
+        let words = self.cell(x).unwrap_or(&[]);
+        words.iter().enumerate().flat_map(|(word, &bits)| {
+            let set = (0..32).filter(move |bit| bits >> bit & 1 != 0);
+            set.map(move |bit| word * 32 + bit)
+        })
     }
 
     /// Mask words of the cell that holds `x`.
@@ -74,10 +69,60 @@ impl<'a> Composite<'a> {
         Some(&self.index[first..first + words])
     }
 
+    /// Box coordinates of `x` in field `i`, where its box holds `x`.
+    fn place(&self, i: usize, x: Vec3) -> Option<Vec3> {
+        let rows = self.fields[i].rows.map(Vec4::from_array);
+        let at = Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w));
+        (at == at.clamp(Vec3::ZERO, Vec3::ONE)).then_some(at)
+    }
+}
+
+/// The seven bindings that every pass with a composed field has, from `first` on.
+#[derive(Clone, Copy)]
+pub struct Composite<'a> {
+    boxes: Boxes<'a>,
+    atlas: &'a Image,
+    operators: &'a Image,
+    opening: &'a [f32],
+}
+
+impl<'a> Composite<'a> {
+    /// Reads the bindings.
+    pub fn new(args: &Args<'a>, first: usize) -> Self {
+        Self {
+            boxes: Boxes::new(args, first),
+            atlas: args.image(first + 4),
+            operators: args.image(first + 5),
+            opening: args.read(first + 6),
+        }
+    }
+
+    /// Model units a rest unit.
+    pub fn scale(&self) -> f32 {
+        self.boxes.head.box_scale[3]
+    }
+
+    /// Number of the fields whose boxes hold `x`.
+    pub fn around(&self, x: Vec3) -> u32 {
+        self.boxes.around(x)
+    }
+
+    /// f and its gradient at `x` in model space; counts texture fetches.
+    pub fn evaluate(&self, x: Vec3, fetches: &mut u32) -> (f32, Vec3) {
+        let mut best = Vec4::ZERO;
+        for i in self.boxes.near(x) {
+            let s = self.at_joint(i, x, fetches);
+            if s.x > best.x {
+                best = s;
+            }
+        }
+        (best.x, Vec3::new(best.y, best.z, best.w))
+    }
+
     /// Field `i`, combined with its parent where their joint has an operator other than the union.
     fn at_joint(&self, i: usize, x: Vec3, fetches: &mut u32) -> Vec4 {
         let s = self.sample(i, x, fetches);
-        let link = self.fields[i].link;
+        let link = self.boxes.fields[i].link;
         let kind = (link >> 16) & 0xff;
         if kind != UNION && s.x > 0.0 {
             let parent = self.sample((link & 0xffff) as usize, x, fetches);
@@ -89,16 +134,15 @@ impl<'a> Composite<'a> {
     }
 
     fn sample(&self, i: usize, x: Vec3, fetches: &mut u32) -> Vec4 {
-        let pose = &self.fields[i];
-        let rows = pose.rows.map(Vec4::from_array);
-        let at = Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w));
-        if at != at.clamp(Vec3::ZERO, Vec3::ONE) {
+        let Some(at) = self.boxes.place(i, x) else {
             return Vec4::ZERO;
-        }
+        };
+        let pose = &self.boxes.fields[i];
+        let rows = pose.rows.map(Vec4::from_array);
         *fetches += 1;
         // Texel i of a tile of 32 lies at box coordinate i / 31.
         let tile = (Vec3::from(unpack(pose.tile).map(|t| t as f32)) * 32.0 + 0.5) / 31.0;
-        let scale = Vec3::from_slice(&self.head.box_scale);
+        let scale = Vec3::from_slice(&self.boxes.head.box_scale);
         let t = self.atlas.sample(((tile + at) * scale).to_array());
         let g = t[1] * rows[0].truncate() + t[2] * rows[1].truncate() + t[3] * rows[2].truncate();
         Vec4::new(t[0], g.x, g.y, g.z)

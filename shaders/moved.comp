@@ -1,0 +1,54 @@
+// Finds the seeds that have to be projected. Where the joints of a vertex and all fields around it move as one, the composed
+// field moves with the vertex: it is on its iso-value where its joints carried it.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 12
+#include "shared/field.glsl"
+#include "shared/set.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
+layout(set = 0, binding = 2) uniform samplerBuffer geometric;
+layout(set = 0, binding = 3) uniform usamplerBuffer iso_values;
+layout(set = 0, binding = 4) uniform samplerBuffer directions; // w: fields around the vertex at rest
+layout(set = 0, binding = 5) uniform usamplerBuffer influence_joints;
+layout(set = 0, binding = 6) uniform usamplerBuffer influence_weights;
+layout(set = 0, binding = 7) uniform samplerBuffer palette;
+layout(set = 0, binding = 8) uniform usamplerBuffer seed_ranks;
+layout(set = 0, binding = 9, std430) writeonly buffer Positions { vec4 position[]; }; // w: field
+layout(set = 0, binding = 10, std430) writeonly buffer Status { uint status[]; };
+layout(set = 0, binding = 11, std430) buffer LiveSet { uint live_set[]; };
+layout(push_constant) uniform Constants {
+    uint dispatch; // row of the list's head
+    uint width; // influences a vertex
+} constants;
+
+// Number of the motion that all joints of a vertex have; NO_MOTION where they differ.
+uint motion_of(uint v) {
+    uint motion = NO_MOTION, k = 0u;
+    do {
+        uint at = v * constants.width + k;
+        bool has = number(influence_weights, at) > 0.0;
+        uint joint = (word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu;
+        uint own = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
+        motion = k == 0u || !has || own == motion ? (k == 0u ? own : motion) : NO_MOTION;
+        k++;
+    } while (k < constants.width);
+    return motion;
+}
+
+void main() {
+    if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
+        return;
+    }
+    uint v = word(list, gl_GlobalInvocationID.x);
+    vec3 x = fetch(geometric, v).xyz;
+    // A vertex to be projected has at least one field around it at rest.
+    if (fields_moving_as(motion_of(v), x) == uint(fetch(directions, v).w)) {
+        position[v] = vec4(x, number(iso_values, v));
+        status[v] = ON_ISO;
+    } else {
+        ENTER(live_set, word(seed_ranks, v));
+    }
+}
