@@ -9,7 +9,8 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform usamplerBuffer list;
 layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
 layout(set = 0, binding = 2) uniform usamplerBuffer neighbourhood_offsets;
-layout(set = 0, binding = 3) uniform usamplerBuffer neighbourhoods;
+// Long, and read for contacts alone: not for the texel buffers of small devices.
+layout(set = 0, binding = 3, std430) readonly buffer Neighbourhoods { uint neighbourhood[]; };
 layout(set = 0, binding = 4) uniform usamplerBuffer seed_ranks;
 layout(set = 0, binding = 5, std430) buffer Region { uint region[]; };
 layout(push_constant) uniform Constants {
@@ -23,7 +24,7 @@ void main() {
     uint v = word(list, gl_GlobalInvocationID.x);
     uint begin = word(neighbourhood_offsets, v), end = word(neighbourhood_offsets, v + 1u);
     for (uint k = begin; k < end; k++) {
-        uint seed = word(seed_ranks, word(neighbourhoods, k));
+        uint seed = word(seed_ranks, neighbourhood[k]);
         if (seed != NO_SEED) {
             ENTER(region, seed);
         }

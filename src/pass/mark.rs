@@ -15,7 +15,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::words("list"),
         Binding::words("dispatches"),
         Binding::words("neighbourhood_offsets"),
-        Binding::words("neighbourhoods"),
+        Binding::read("neighbourhoods"),
         Binding::words("seed_ranks"),
         Binding::read_write("region"),
     ],
