@@ -117,10 +117,13 @@ fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u3
     })
 }
 
-/// Two motions carry points up to `reach` from the origin to within `still` of each other.
+/// Two motions carry points up to `reach` from the origin to within `still` of each other, both in rest units.
 fn moves_as(a: &Mat4, b: &Mat4, reach: f32, still: f32) -> bool {
     let apart = |k: usize| (a.col(k) - b.col(k)).abs().max_element();
-    apart(0).max(apart(1)).max(apart(2)) * reach + apart(3) <= still
+    let lengths = [a.x_axis, a.y_axis, a.z_axis].map(|axis| axis.length());
+    // A model that is smaller than its rest pose has smaller parts, too.
+    let still = still * lengths.into_iter().fold(f32::INFINITY, f32::min);
+    apart(3) <= still && apart(0).max(apart(1)).max(apart(2)) * reach + apart(3) <= still
 }
 
 /// Bounds of the unit cube carried by `m`, a little wider than rounding.
@@ -210,6 +213,24 @@ mod tests {
             * (real.w * dual.truncate() - dual.w * real.truncate()
                 + real.truncate().cross(dual.truncate()));
         rotate(real, stretched) + shift
+    }
+
+    #[test]
+    fn motions_are_one_where_points_end_together_at_the_models_scale() {
+        let turn = Mat4::from_rotation_x(0.3);
+        let shifted = |by: f32| Mat4::from_translation(Vec3::X * by) * turn;
+        assert!(moves_as(&turn, &shifted(0.5e-5), 2.0, 1e-5));
+        assert!(!moves_as(&turn, &shifted(2e-5), 2.0, 1e-5));
+        let turned = Mat4::from_rotation_x(0.3 + 1e-4);
+        assert!(moves_as(&turn, &turned, 0.05, 1e-5));
+        assert!(!moves_as(&turn, &turned, 2.0, 1e-5));
+        let small = Mat4::from_scale(Vec3::splat(0.01));
+        assert!(!moves_as(
+            &(small * turn),
+            &(small * shifted(2e-5)),
+            2.0,
+            1e-5
+        ));
     }
 
     #[test]
