@@ -18,7 +18,7 @@ use std::{ffi::CString, ops::Range, time::Instant};
 pub use crate::gpu::{Profile, Slot};
 pub use builder::{End, FrameBuilder, PassBuilder};
 pub use ceiling::CeilingMeter;
-pub use replay::ReplayMeter;
+pub use replay::{LEAST_PLACES, ReplayMeter};
 pub use stamp::StampMeter;
 
 use build::{Built, Command, Dispatch};

@@ -7,6 +7,9 @@ use crate::{
     pass::ceiling_replay::{Constants, DECLARATION, SAMPLES},
 };
 
+/// Least number of places.
+pub const LEAST_PLACES: usize = SAMPLES as usize;
+
 /// Measures the rate of samples at given places of an atlas, with nothing else to do.
 ///
 /// [`super::CeilingMeter`] walks evenly through tiles, so that samples share texels, as they do at best. A projection's do
@@ -22,7 +25,7 @@ impl ReplayMeter {
     /// sampled `repeats` times.
     ///
     /// # Errors
-    /// [`Error::Argument`] for less than four places; [`Error::Memory`] where the budget has no room; [`Error::Vulkan`]
+    /// [`Error::Argument`] for less than [`LEAST_PLACES`]; [`Error::Memory`] where the budget has no room; [`Error::Vulkan`]
     /// where the driver fails.
     pub fn new(
         gpu: &Gpu,

@@ -119,7 +119,9 @@ struct Fetching {
 impl Fetching {
     fn new(measured: &Measured) -> Option<Self> {
         let rates = measured.samples.fetch_rates();
-        let ceiling = |of: fn(&Ceiling) -> f64| median(measured.ceilings.iter().map(of));
+        let ceiling = |of: fn(&Ceiling) -> f64| {
+            median(measured.ceilings.iter().map(of)).filter(|rate| *rate > 0.0)
+        };
         let per_s = median(rates.iter().copied())?;
         Some(Self {
             per_s,
@@ -254,10 +256,13 @@ impl Report {
 
     fn ceiling_line(&self) -> Option<String> {
         let ceiling = self.ceiling?;
+        let mega = |rate: f64| format!("{:.0} M", rate * 1e-6);
+        let in_place = Some(ceiling.replay3d_per_s).filter(|rate| *rate > 0.0);
+        let in_place = in_place.map(|rate| format!(" ({} at the projection's places)", mega(rate)));
         let mut line = format!(
-            "ceiling of this device: {:.0} M 3D fetches/s ({:.0} M at the projection's places), {:.1} GB/s copied",
-            ceiling.fetch3d_per_s * 1e-6,
-            ceiling.replay3d_per_s * 1e-6,
+            "ceiling of this device: {} 3D fetches/s{}, {:.1} GB/s copied",
+            mega(ceiling.fetch3d_per_s),
+            in_place.unwrap_or_default(),
             ceiling.copy_bytes_per_s * 1e-9
         );
         if let Some(fetches) = self.fetches_per_frame {

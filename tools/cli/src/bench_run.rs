@@ -3,7 +3,7 @@
 use dermis::{
     Result,
     deformer::{Deformer, Device},
-    frame::{CeilingMeter, ReplayMeter, StampMeter},
+    frame::{CeilingMeter, LEAST_PLACES, ReplayMeter, StampMeter},
     gpu::{Gpu, Profile},
     report::{Ceiling, MemoryReport},
     rig::Pose,
@@ -59,7 +59,7 @@ impl Meters {
     /// Takes the samples of the deformer's last frame for its own; a round samples every place `steps` times.
     fn follow(&mut self, deformer: &mut Deformer) -> Result<()> {
         let places = deformer.places()?;
-        if !places.places.is_empty() {
+        if places.places.len() >= LEAST_PLACES {
             let (texels, steps) = (&places.texels, deformer.settings().steps);
             let meter = ReplayMeter::new(&self.gpu, places.extent, texels, &places.places, steps)?;
             self.replay = Some(meter);
