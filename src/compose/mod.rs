@@ -1,10 +1,12 @@
-//! Composition of fields: operators, opening curves and the program that the shaders follow.
+//! Composition of fields: operators, opening curves and the program that the shaders follow; controllers of contact.
 
+mod controller;
 mod evaluate;
 mod opening;
 mod operator;
 mod volume;
 
+pub use controller::Controller;
 pub use evaluate::{NULL_GRADIENT, Sample, evaluate, union};
 pub use opening::{OpeningCurve, TABLE};
 pub use operator::{MAX_MAGNITUDE, Partials, blend, bulge, check_magnitude};

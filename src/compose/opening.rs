@@ -45,43 +45,56 @@ impl OpeningCurve {
     /// # Errors
     /// [`Error::Argument`] where a number is not finite, cos α does not ascend, F leaves [0, 1] or an exponent is not positive.
     pub fn new(points: [(f32, f32); 3], exponents: [f32; 2]) -> Result<Self> {
-        let refuse = |reason: String| Err(Error::argument("opening", reason));
-        for (cos, share) in points {
-            if !cos.is_finite() || !(0.0..=1.0).contains(&share) {
-                return refuse(format!(
-                    "point ({cos}, {share}) needs a finite cosine and a value in 0 to 1"
-                ));
-            }
-        }
-        if !(points[0].0 < points[1].0 && points[1].0 < points[2].0) {
-            return refuse("cosines must ascend".into());
-        }
-        if let Some(bad) = exponents.iter().find(|s| !(s.is_finite() && **s > 0.0)) {
-            return refuse(format!("exponent {bad} is not positive"));
-        }
+        check("opening", points, exponents)?;
         Ok(Self { points, exponents })
     }
 
     /// tan θ in [0, 1] where the gradients' angle has this cosine.
     pub fn tan_theta(&self, cos_alpha: f64) -> f64 {
-        (self.share(cos_alpha) * FRAC_PI_4).tan().clamp(0.0, 1.0)
-    }
-
-    /// F at a cosine.
-    fn share(&self, cos: f64) -> f64 {
-        let [(x0, f0), (x1, f1), (x2, f2)] = self.points.map(|(x, f)| (x as f64, f as f64));
-        let (far, value, exponent) = if cos < x1 {
-            ((x1 - cos) / (x1 - x0), f0, self.exponents[0])
-        } else {
-            ((cos - x1) / (x2 - x1), f2, self.exponents[1])
-        };
-        f1 + (value - f1) * kappa(far.clamp(0.0, 1.0)).powf(exponent as f64)
+        (share(self.points, self.exponents, cos_alpha) * FRAC_PI_4)
+            .tan()
+            .clamp(0.0, 1.0)
     }
 
     /// tan θ at [`TABLE`] cosines, entry i at cos α = -1 + 2 i / 127.
     pub fn table(&self) -> [f32; TABLE] {
-        std::array::from_fn(|i| self.tan_theta(2.0 * i as f64 / (TABLE - 1) as f64 - 1.0) as f32)
+        tabulate(|cos| self.tan_theta(cos))
     }
+}
+
+/// Refuses points and exponents that give no curve; `subject` is what the user calls it.
+pub(super) fn check(subject: &str, points: [(f32, f32); 3], exponents: [f32; 2]) -> Result<()> {
+    let refuse = |reason: String| Err(Error::argument(subject, reason));
+    for (cos, value) in points {
+        if !cos.is_finite() || !(0.0..=1.0).contains(&value) {
+            return refuse(format!(
+                "point ({cos}, {value}) needs a finite cosine and a value in 0 to 1"
+            ));
+        }
+    }
+    if !(points[0].0 < points[1].0 && points[1].0 < points[2].0) {
+        return refuse("cosines must ascend".into());
+    }
+    if let Some(bad) = exponents.iter().find(|s| !(s.is_finite() && **s > 0.0)) {
+        return refuse(format!("exponent {bad} is not positive"));
+    }
+    Ok(())
+}
+
+/// The curve's value at a cosine: from the middle point to either side by the smooth step κ raised to that side's exponent.
+pub(super) fn share(points: [(f32, f32); 3], exponents: [f32; 2], cos: f64) -> f64 {
+    let [(x0, f0), (x1, f1), (x2, f2)] = points.map(|(x, f)| (x as f64, f as f64));
+    let (far, value, exponent) = if cos < x1 {
+        ((x1 - cos) / (x1 - x0), f0, exponents[0])
+    } else {
+        ((cos - x1) / (x2 - x1), f2, exponents[1])
+    };
+    f1 + (value - f1) * kappa(far.clamp(0.0, 1.0)).powf(exponent as f64)
+}
+
+/// A function of cos α at [`TABLE`] cosines, entry i at -1 + 2 i / 127.
+pub(super) fn tabulate(f: impl Fn(f64) -> f64) -> [f32; TABLE] {
+    std::array::from_fn(|i| f(2.0 * i as f64 / (TABLE - 1) as f64 - 1.0) as f32)
 }
 
 /// The authors' smooth step u(v(0.8 x + 0.1)), u(x) = 1 - exp(1 - 1/(1-x)), v(x) = exp(1 - 1/x), stretched by
