@@ -1,15 +1,24 @@
-//! Composition of fields: operators, opening curves and the program that the shaders follow; controllers of contact.
+//! Composition of fields: operators, opening curves and the program that the shaders follow; operators by profile and their controllers.
 
+mod biharmonic;
+mod condition;
 mod controller;
 mod evaluate;
 mod opening;
 mod operator;
+mod pins;
+mod profile;
+mod profile_check;
+mod profile_volume;
+mod spline;
 mod volume;
 
 pub use controller::Controller;
 pub use evaluate::{NULL_GRADIENT, Sample, evaluate, union};
 pub use opening::{OpeningCurve, TABLE};
 pub use operator::{MAX_MAGNITUDE, Partials, blend, bulge, check_magnitude};
+pub use profile::{Form, Level, MAX_BULGE, Profile};
+pub use profile_volume::profile_volume;
 pub use volume::{EDGE, Volume, volume};
 
 /// How a joint's part and its parent's part are combined.

@@ -3,12 +3,15 @@
 use half::f16;
 use rayon::prelude::*;
 
+use crate::{Error, Result};
+
 use super::{Operator, Partials, blend, bulge, operator::check_magnitude, operator::union};
 
 /// Texels along an edge of a volume.
 pub const EDGE: usize = 128;
 
-/// An operator over (f1, f2, tan θ), each axis from 0 at texel 0 to 1 at texel 127.
+/// An operator over (f1, f2, tan θ), each axis from 0 at texel 0 to 1 at texel 127; operators by profile have the depth d in the
+/// place of tan θ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// g, ∂g/∂f1, ∂g/∂f2, 0; row `(k·128 + j)·128 + i` has f1 = i/127, f2 = j/127, tan θ = k/127.
@@ -56,6 +59,21 @@ impl Volume {
     /// The texels' bytes in upload order, 8 a texel.
     pub fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.texels)
+    }
+
+    /// A volume from the bytes of another, as a cache keeps them.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with subject `volume` where the number of bytes is not 8 · 128³.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let mut texels = vec![[f16::ZERO; 4]; EDGE * EDGE * EDGE];
+        let target: &mut [u8] = bytemuck::cast_slice_mut(&mut texels);
+        if bytes.len() != target.len() {
+            let reason = format!("{} bytes instead of {}", bytes.len(), target.len());
+            return Err(Error::argument("volume", reason));
+        }
+        target.copy_from_slice(bytes);
+        Ok(Self { texels })
     }
 
     /// g, ∂g/∂f1, ∂g/∂f2 by linear filtering, clamped to the edges: what a sampler returns at texture coordinates (127 f + 0.5) / 128.
@@ -127,6 +145,8 @@ mod tests {
     fn texels_are_the_samples_of_the_operator() {
         let blends = volume(Operator::Blend, 1.0);
         assert_eq!(blends.bytes().len(), 128 * 128 * 128 * 8);
+        assert_eq!(Volume::from_bytes(blends.bytes()).unwrap(), blends);
+        assert!(Volume::from_bytes(&blends.bytes()[1..]).is_err());
         for (i, j, k) in [
             (0, 90, 3),
             (90, 0, 127),
