@@ -16,18 +16,18 @@ layout(push_constant) uniform Constants {
 } constants;
 
 void main() {
-    uint i = gl_GlobalInvocationID.x, last = uint(textureSize(members)) / BLOCK * 128u - 1u;
+    uint i = gl_GlobalInvocationID.x, last = uint(textureSize(members)) / SET_BLOCK * 128u - 1u;
     uint block = i >> 7, shift = 8u * (i & 3u);
-    uint bits = i <= last ? word(members, set_word(8u * i)) : 0u;
+    uint here = set_word(8u * i), bits = i <= last ? word(members, here) : 0u;
     uint mine = (bits >> shift) & 0xffu;
     if (mine == 0u && i != last) {
         return;
     }
     uint at = bitCount(bits & ((1u << shift) - 1u));
     for (uint b = 0u; b < block; b++) {
-        at += word(members, BLOCK * b + 32u);
+        at += word(members, SET_BLOCK * b + 32u);
     }
-    for (uint w = BLOCK * block; w < set_word(8u * i); w++) {
+    for (uint w = SET_BLOCK * block; w < here; w++) {
         at += bitCount(word(members, w));
     }
     while (mine != 0u) {

@@ -2,37 +2,28 @@
 // Each workgroup enters one field (x) into a share (y) of the cells around its box.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shared/texels.glsl"
-#include "shared/types.glsl"
+#define FIRST_FIELD_BINDING 0
+#include "shared/boxes.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform Head {
-    vec4 grid_origin; // w: words of a cell
-    vec4 grid_inverse; // cells a unit; w: fields
-    vec4 box_scale;
-} fields;
-layout(set = 0, binding = 1) uniform samplerBuffer field_poses; // head and poses in one buffer
-layout(set = 0, binding = 2) uniform usamplerBuffer field_words; // the same buffer
 layout(set = 0, binding = 3, std430) buffer Index { uint index[]; };
 
 const float MARGIN = 1e-4; // of a box: rounding must not lose a field
 
 // The parallelepiped that the axis-aligned box (centre, half) becomes in box coordinates meets [0,1]³:
 // tested by its extent along the three box axes, so a near miss may pass.
-bool meets(uint i, vec3 centre, vec3 half_size) {
-    uint first = FIELD_HEAD + FIELD_TEXELS * i;
-    vec4 row0 = fetch(field_poses, first), row1 = fetch(field_poses, first + 1u), row2 = fetch(field_poses, first + 2u);
-    vec3 at = vec3(dot(row0.xyz, centre) + row0.w, dot(row1.xyz, centre) + row1.w, dot(row2.xyz, centre) + row2.w);
-    vec3 reach = vec3(dot(abs(row0.xyz), half_size), dot(abs(row1.xyz), half_size), dot(abs(row2.xyz), half_size)) + MARGIN;
+bool meets(Box box, vec3 centre, vec3 half_size) {
+    vec3 at = in_box(box, centre);
+    vec3 reach = vec3(dot(abs(box.row0.xyz), half_size), dot(abs(box.row1.xyz), half_size), dot(abs(box.row2.xyz), half_size)) + MARGIN;
     return all(greaterThanEqual(at + reach, vec3(0.0))) && all(lessThanEqual(at - reach, vec3(1.0)));
 }
 
 void main() {
     uint i = gl_WorkGroupID.x;
     uint words = uint(index.length()) / uint(CELLS * CELLS * CELLS);
-    uint words_of = 4u * (FIELD_HEAD + FIELD_TEXELS * i + 3u);
-    uvec3 first = unpack(word(field_words, words_of + FIRST_CELL));
-    uvec3 size = unpack(word(field_words, words_of + LAST_CELL)) - first + 1u;
+    Box box = field_box(i);
+    uvec3 first = unpack(field_word(i, FIRST_CELL));
+    uvec3 size = unpack(field_word(i, LAST_CELL)) - first + 1u;
     vec3 cell = 1.0 / fields.grid_inverse.xyz;
     uint count = float(i) < fields.grid_inverse.w ? size.x * size.y * size.z : 0u;
     // Division of integers is slow on software rasterisers; these quotients are exact, being below 2^15 and half a cell off.
@@ -43,7 +34,7 @@ void main() {
         uint y = uint((float(in_layer) + 0.5) * row);
         uvec3 id = first + uvec3(in_layer - y * size.x, y, z);
         vec3 centre = fields.grid_origin.xyz + (vec3(id) + 0.5) * cell;
-        if (k < count && meets(i, centre, 0.5 * cell)) {
+        if (k < count && meets(box, centre, 0.5 * cell)) {
             uint at = ((id.z * uint(CELLS) + id.y) * uint(CELLS) + id.x) * words + (i >> 5);
             atomicOr(index[at], 1u << (i & 31u)); // bits of one word in any order
         }

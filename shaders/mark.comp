@@ -12,7 +12,7 @@ layout(set = 0, binding = 2) uniform usamplerBuffer neighbourhood_offsets;
 // Long, and read for contacts alone: not for the texel buffers of small devices.
 layout(set = 0, binding = 3, std430) readonly buffer Neighbourhoods { uint neighbourhood[]; };
 layout(set = 0, binding = 4) uniform usamplerBuffer seed_ranks;
-layout(set = 0, binding = 5, std430) buffer Region { uint region[]; };
+layout(set = 0, binding = 5, std430) buffer RegionSet { uint region_set[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
 } constants;
@@ -26,7 +26,7 @@ void main() {
     for (uint k = begin; k < end; k++) {
         uint seed = word(seed_ranks, neighbourhood[k]);
         if (seed != NO_SEED) {
-            ENTER(region, seed);
+            ENTER(region_set, seed);
         }
     }
 }

@@ -3,7 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 12
-#include "shared/field.glsl"
+#include "shared/around.glsl"
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
 
@@ -26,16 +26,17 @@ layout(push_constant) uniform Constants {
 
 // Number of the motion that all joints of a vertex have; NO_MOTION where they differ.
 uint motion_of(uint v) {
-    uint motion = NO_MOTION, k = 0u;
+    uint first = 0u, k = 0u;
+    bool as_one = true;
     do {
         uint at = v * constants.width + k;
-        bool has = number(influence_weights, at) > 0.0;
         uint joint = (word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu;
-        uint own = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
-        motion = k == 0u || !has || own == motion ? (k == 0u ? own : motion) : NO_MOTION;
+        uint motion = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
+        first = k == 0u ? motion : first;
+        as_one = as_one && (motion == first || number(influence_weights, at) == 0.0);
         k++;
     } while (k < constants.width);
-    return motion;
+    return as_one ? first : NO_MOTION;
 }
 
 void main() {

@@ -5,16 +5,16 @@
 #ifndef DERMIS_SET
 #define DERMIS_SET
 
-const uint BLOCK = 33u; // words of 1024 seeds
+const uint SET_BLOCK = 33u; // words of 1024 seeds
 const uint NO_SEED = 0xffffffffu;
 
 uint set_word(uint seed) {
-    return BLOCK * (seed >> 10) + ((seed >> 5) & 31u);
+    return SET_BLOCK * (seed >> 10) + ((seed >> 5) & 31u);
 }
 
 // Enters a seed into a storage buffer of words, once however often it is entered.
 #define ENTER(words, seed) \
     if ((atomicOr(words[set_word(seed)], 1u << ((seed) & 31u)) & (1u << ((seed) & 31u))) == 0u) \
-        atomicAdd(words[BLOCK * ((seed) >> 10) + 32u], 1u)
+        atomicAdd(words[SET_BLOCK * ((seed) >> 10) + 32u], 1u)
 
 #endif

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, collections::HashMap};
 
-use ash::vk::Handle;
+use ash::vk::{self, Handle};
 
 use super::{Frame, build, hazard::Uses};
 use crate::{
@@ -359,12 +359,7 @@ impl PassBuilder<'_> {
             let is = if is_image { "an image" } else { "a buffer" };
             return Some(format!("{name} is {is}, {access:?} is declared"));
         }
-        let (kind, most) = match access {
-            Access::Uniform => ("uniform", u64::from(limits.max_uniform_buffer_range)),
-            Access::Texels => ("texel", 16 * u64::from(limits.max_texel_buffer_elements)),
-            Access::Words => ("texel", 4 * u64::from(limits.max_texel_buffer_elements)),
-            _ => return None,
-        };
+        let (kind, most) = longest(access, limits)?;
         (bytes > most).then(|| {
             format!("{name} has {bytes} bytes, a {kind} buffer {most} at most on this device")
         })
@@ -390,5 +385,35 @@ impl PassBuilder<'_> {
     fn fail(&mut self, reason: String) {
         let pass = self.work().declaration.name;
         self.frame.fail(Error::Pass { pass, reason });
+    }
+}
+
+/// Kind and greatest length in bytes of a buffer that is bound like this, where that is less than of any buffer.
+fn longest(access: Access, limits: &vk::PhysicalDeviceLimits) -> Option<(&'static str, u64)> {
+    let texels = u64::from(limits.max_texel_buffer_elements);
+    match access {
+        Access::Uniform => Some(("uniform", u64::from(limits.max_uniform_buffer_range))),
+        Access::Texels => Some(("texel", 16 * texels)),
+        Access::Words => Some(("texel", 4 * texels)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texel_buffers_are_as_long_as_their_elements_and_uniform_ones_as_their_range() {
+        let limits = vk::PhysicalDeviceLimits {
+            max_texel_buffer_elements: 65_536,
+            max_uniform_buffer_range: 16_384,
+            ..Default::default()
+        };
+        let longest = |access| longest(access, &limits);
+        assert_eq!(longest(Access::Words), Some(("texel", 262_144)));
+        assert_eq!(longest(Access::Texels), Some(("texel", 1_048_576)));
+        assert_eq!(longest(Access::Uniform), Some(("uniform", 16_384)));
+        assert_eq!(longest(Access::Read), None);
     }
 }

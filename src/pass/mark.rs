@@ -17,7 +17,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::words("neighbourhood_offsets"),
         Binding::read("neighbourhoods"),
         Binding::words("seed_ranks"),
-        Binding::read_write("region"),
+        Binding::read_write("region_set"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],

@@ -12,12 +12,12 @@ pub fn run(args: &mut Args<'_>) {
     let listed = list::items(args, c.dispatch);
     let (offsets, neighbourhood) = (args.read::<u32>(2), args.read::<u32>(3));
     let ranks = args.read::<u32>(4);
-    let region = args.write::<u32>(5);
+    let region_set = args.write::<u32>(5);
     for &v in listed {
         for &n in list::row(offsets, neighbourhood, v) {
             let seed = ranks[n as usize];
             if seed != NO_SEED {
-                set::enter(region, seed);
+                set::enter(region_set, seed);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Twin of `shaders/shared/field.glsl`: the composed field and its gradient.
+//! Twin of `shaders/shared/boxes.glsl`, `around.glsl` and `field.glsl`: boxes, the fields around a point, the composed field and its gradient.
 
 use glam::{Vec3, Vec4};
 

@@ -28,7 +28,8 @@ const POSES: u32 = 60;
 Plays the chosen poses in turn: by default the file's first clip, or random poses where it has none. Every frame is
 waited for, so that times do not overlap. Timestamps cost time, so that a frame times a few passes, in turn, and the
 ceiling is measured between the turns. Times are the least, the median and the 95th percentile over the frames;
-compare the least ones between runs on a shared machine.
+compare the least ones between runs on a shared machine. What timing adds to a pass is measured, too, and taken off;
+the frame's own times are of frames that time no pass, and shares are of means.
 
 Examples:
   dermis bench human-male.glb                        all joints move, as in the clip

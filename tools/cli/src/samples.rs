@@ -196,6 +196,30 @@ mod tests {
     }
 
     #[test]
+    fn excess_is_taken_off_intervals_of_dispatches_and_undisturbed_frames_stand_for_all() {
+        let mut samples = two_frames();
+        samples.add(&FrameTimings {
+            passes: vec![timing("fill", 0, 500)],
+            turns: 2,
+            gpu_ns: 9_000_000,
+            ..FrameTimings::default()
+        });
+        let mut disturbed = samples.clone();
+        disturbed.take_off(0);
+        assert_eq!(disturbed.gpu_ns, [5_000_000, 5_000_000, 9_000_000]);
+        samples.add(&FrameTimings {
+            turns: 2,
+            gpu_ns: 4_000_000,
+            ..FrameTimings::default()
+        });
+        samples.take_off(600_000);
+        // Two intervals of the projection, one of the relaxation; a fill has no excess.
+        let ns: Vec<u64> = samples.passes().map(|p| p.ns[0]).collect();
+        assert_eq!(ns, [1_800_000, 400_000, 500]);
+        assert_eq!(samples.gpu_ns, [4_000_000]);
+    }
+
+    #[test]
     fn fetches_are_of_the_frame_that_timed_the_projection() {
         let mut samples = two_frames();
         assert!(samples.fetch_rates().is_empty());
