@@ -24,20 +24,7 @@ layout(push_constant) uniform Constants {
     uint width; // influences a vertex
 } constants;
 
-// Number of the motion that all joints of a vertex have; NO_MOTION where they differ.
-uint motion_of(uint v) {
-    uint first = 0u, k = 0u;
-    bool as_one = true;
-    do {
-        uint at = v * constants.width + k;
-        uint joint = (word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu;
-        uint motion = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
-        first = k == 0u ? motion : first;
-        as_one = as_one && (motion == first || number(influence_weights, at) == 0.0);
-        k++;
-    } while (k < constants.width);
-    return as_one ? first : NO_MOTION;
-}
+#include "shared/motion.glsl"
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
@@ -46,7 +33,7 @@ void main() {
     uint v = word(list, gl_GlobalInvocationID.x);
     vec3 x = fetch(geometric, v).xyz;
     // A vertex to be projected has at least one field around it at rest.
-    if (fields_moving_as(motion_of(v), x) == uint(fetch(directions, v).w)) {
+    if (fields_moving_as(motion_of(v, constants.width), x) == uint(fetch(directions, v).w)) {
         position[v] = vec4(x, number(iso_values, v));
         status[v] = ON_ISO;
     } else {

@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 15
 #include "shared/field.glsl"
+#include "shared/newton.glsl"
 #include "shared/rotation.glsl"
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
@@ -46,11 +47,6 @@ const float PIT = 1e-5; // growth of |f − iso| that rounding explains
 const float SIDEWAYS = 0.35; // |cosine| between the gradient and its direction at rest, carried along, that is neither way
 const float DEEP = 0.02; // |f − iso| from which on sideways steps lead astray
 const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
-
-vec3 shorten(vec3 d, float limit) {
-    float l = length(d);
-    return l > limit ? d * (limit / l) : d;
-}
 
 void main() {
     if (gl_GlobalInvocationID.x < list_count(dispatches, constants.dispatch)) {

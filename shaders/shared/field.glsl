@@ -1,4 +1,5 @@
-// The composed field f and its gradient at a point of model space: index cell → fields → operators → maximum (Eq. 3).
+// The composed field f and its gradient at a point of model space: index cell → fields → operators → maximum (2013, Eq. 3),
+// or a walk over the composition tree's leaves (2014, section 4.1).
 // The including shader defines FIRST_FIELD_BINDING: seven bindings from there on are used here.
 //
 // Software rasterisers run both sides of a branch and a loop's body at least once; so loops test at their end.
@@ -10,10 +11,11 @@ layout(set = 0, binding = FIRST_FIELD_BINDING + 4) uniform sampler3D atlas;
 layout(set = 0, binding = FIRST_FIELD_BINDING + 5) uniform sampler3D operators;
 layout(set = 0, binding = FIRST_FIELD_BINDING + 6) uniform usamplerBuffer opening;
 
-layout(constant_id = 0) const uint OPERATORS = 0u; // 0: every joint is a union
+layout(constant_id = 0) const uint COMPOSITION = UNIONS;
 
 const float NULL_GRADIENT = 1e-6; // shorter gradients have no direction
 const float OPENING_ROWS = 128.0;
+const float FAINT = 1e-5; // lesser fields leave others as they are
 
 uint fetches = 0u;
 
@@ -25,25 +27,30 @@ vec4 sample_field(uint i, Box box, vec3 x) {
     return vec4(t.x, t.y * box.row0.xyz + t.z * box.row1.xyz + t.w * box.row2.xyz);
 }
 
-// tan θ of an opening curve for the angle between two gradients (section 4.2), from its table over cos α.
-float tan_opening(uint curve, float cosine) {
+// A curve's table over the cosine of the angle between two gradients: tan θ of an opening (2013, section 4.2), depth d of a
+// controller (2014, figure 4).
+float on_curve(uint curve, float cosine) {
     float at = clamp(cosine * 0.5 + 0.5, 0.0, 1.0) * (OPENING_ROWS - 1.0);
     uint row = min(uint(at), uint(OPENING_ROWS) - 2u);
     uint base = curve * uint(OPENING_ROWS) + row;
     return mix(number(opening, base), number(opening, base + 1u), at - float(row));
 }
 
-// Operator number `kind` (from 1) on two samples. The operators' volumes of 128³ lie above each other in z.
+// Operator number `kind` (from 1) at two values and a third coordinate. The volumes of 128³ lie above each other in z.
+vec3 operate(uint kind, float a, float b, float third) {
+    vec3 at = clamp(vec3(a, b, third), 0.0, 1.0) * 127.0 + 0.5;
+    at.z += 128.0 * float(kind - 1u);
+    fetches++;
+    return textureLod(operators, at / vec3(textureSize(operators, 0)), 0.0).xyz;
+}
+
+// Operator number `kind` (from 1) on two samples; their maximum where the angle is undefined.
 vec4 combine(uint kind, uint curve, vec4 a, vec4 b) {
     float la = length(a.yzw), lb = length(b.yzw);
     if (min(la, lb) < NULL_GRADIENT) {
         return a.x >= b.x ? a : b;
     }
-    float angle = tan_opening(curve, dot(a.yzw, b.yzw) / (la * lb));
-    vec3 at = clamp(vec3(a.x, b.x, angle), 0.0, 1.0) * 127.0 + 0.5;
-    at.z += 128.0 * float(kind - 1u);
-    fetches++;
-    vec4 g = textureLod(operators, at / vec3(textureSize(operators, 0)), 0.0);
+    vec3 g = operate(kind, a.x, b.x, on_curve(curve, dot(a.yzw, b.yzw) / (la * lb)));
     return vec4(g.x, g.y * a.yzw + g.z * b.yzw);
 }
 
@@ -51,7 +58,7 @@ vec4 combine(uint kind, uint curve, vec4 a, vec4 b) {
 vec4 sample_joint(uint i, vec3 x) {
     vec4 s = sample_field(i, field_box(i), x);
     fetches++;
-    if (OPERATORS != 0u) {
+    if (COMPOSITION != UNIONS) {
         uint link = field_word(i, LINK);
         uint kind = (link >> 16) & 0xffu;
         if (kind != UNION && s.x > 0.0) {
@@ -67,8 +74,8 @@ vec4 sample_joint(uint i, vec3 x) {
     return s;
 }
 
-// f and its gradient; zero in empty cells and outside the index.
-vec4 evaluate(vec3 x) {
+// The greatest field; zero in empty cells and outside the index.
+vec4 greatest(vec3 x) {
     vec4 best = vec4(0.0);
     uint pairs = cell_pairs(), pair = 0u;
     do {
@@ -85,6 +92,53 @@ vec4 evaluate(vec3 x) {
         pair++;
     } while (pair < pairs);
     return best;
+}
+
+// Contact of two samples to a depth that a controller gives. Towards (1, 1) the depths' slices jump: no contact there.
+vec4 meet(uint kind, uint curve, vec4 a, vec4 b) {
+    float lengths = sqrt(dot(a.yzw, a.yzw) * dot(b.yzw, b.yzw));
+    float cosine = lengths > NULL_GRADIENT * NULL_GRADIENT ? dot(a.yzw, b.yzw) / lengths : 1.0;
+    float inside = clamp(10.0 * (0.9 - min(a.x, b.x)), 0.0, 1.0);
+    vec3 g = operate(kind, a.x, b.x, inside * on_curve(curve, cosine));
+    vec4 met = vec4(g.x, g.y * a.yzw + g.z * b.yzw);
+    return b.x < FAINT ? a : a.x < FAINT ? b : met;
+}
+
+// The walk over the leaves whose boxes hold x, in their order; a leaf's group goes into the total when the next group begins.
+vec4 fold(vec3 x) {
+    vec4 total = vec4(0.0), group = vec4(0.0);
+    uint of = 0xffu, depth = 0u; // the group's number, and its controller against the total
+    uint pairs = cell_pairs(), pair = 0u;
+    do {
+        uvec2 bits = cell_pair(x, pair, pairs);
+        bits = holding(bits, pair * 64u, x) & bits;
+        do {
+            bool any_left = (bits.x | bits.y) != 0u;
+            uint i = pair * 64u + take_bit(bits);
+            if (any_left) {
+                vec4 s = sample_field(i, field_box(i), x);
+                fetches++;
+                uint link = field_word(i, LINK);
+                if (COMPOSITION == CONTACTS) {
+                    total = meet(1u, (link >> 8) & 0xffu, total, s);
+                } else {
+                    bool same = (link & 0xffu) == of;
+                    vec4 met = meet(same ? (link >> 16) & 0xffu : 1u, same ? link >> 24 : depth, same ? group : total, same ? s : group);
+                    group = same ? met : s;
+                    total = same ? total : met;
+                    of = link & 0xffu;
+                    depth = (link >> 8) & 0xffu;
+                }
+            }
+        } while ((bits.x | bits.y) != 0u);
+        pair++;
+    } while (pair < pairs);
+    return COMPOSITION == CONTACTS ? total : meet(1u, depth, total, group);
+}
+
+// f and its gradient.
+vec4 evaluate(vec3 x) {
+    return COMPOSITION >= CONTACTS ? fold(x) : greatest(x);
 }
 
 #endif

@@ -5,20 +5,23 @@
 // A welded vertex at rest (Vertex) is two texels: position, and radius of its part, which limits every displacement;
 // normal, and joint row of its part.
 
-// A posed joint (JointPose) is seven texels: three rows of rest → model space; a dual quaternion, w the scalar part; the
+// A posed joint (JointPose) is ten texels: three rows of rest → model space; a dual quaternion, w the scalar part; the
 // symmetric stretch before it, xx xy xz and the number of the motion, yy yz zz, where w of joint 0 says that any joint is
-// not rigid.
-const uint JOINT_TEXELS = 7u;
+// not rigid; three rows of the change since the pose before, model → model space.
+const uint JOINT_TEXELS = 10u;
 const uint REAL = 3u;
 const uint DUAL = 4u;
 const uint STRETCH = 5u;
+const uint CHANGE = 7u;
 
 // A posed field (FieldPose) is four texels behind the three of the head: three rows of model space → box coordinates, and
 // four words: tile in the atlas, link in the composition, first and last index cell of its box.
 const uint FIELD_HEAD = 3u;
 const uint FIELD_TEXELS = 4u;
 const uint TILE = 0u; // x | y << 8 | z << 16 | motion << 24
-const uint LINK = 1u; // parent field | operator volume << 16 | opening << 24
+// parent field | operator volume << 16 | opening << 24;
+// in tracking: group | controller against the groups before << 8 | operator volume in the group << 16 | its controller << 24
+const uint LINK = 1u;
 const uint FIRST_CELL = 2u; // x | y << 8 | z << 16
 const uint LAST_CELL = 3u;
 
@@ -31,6 +34,13 @@ uvec3 unpack(uint word) {
 
 const uint NO_FIELD = 0xffffu;
 const uint UNION = 0u;
+
+// How a shader composes fields (COMPOSITION): every joint is a union; operators at joints, then the greatest of all; contacts
+// from leaf to leaf; the same with groups of bulges below.
+const uint UNIONS = 0u;
+const uint OPERATORS = 1u;
+const uint CONTACTS = 2u;
+const uint GROUPS = 3u;
 
 // Cells of the index along an axis.
 const int CELLS = 32;

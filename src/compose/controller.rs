@@ -32,6 +32,14 @@ impl Controller {
         }
     }
 
+    /// No contact at any angle: the clean union.
+    pub fn never() -> Self {
+        Self {
+            points: [(-1.0, 0.0), (0.0, 0.0), (1.0, 0.0)],
+            exponents: [1.0, 1.0],
+        }
+    }
+
     /// A controller through the user's points.
     ///
     /// # Errors

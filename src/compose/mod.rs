@@ -4,6 +4,7 @@ mod biharmonic;
 mod condition;
 mod controller;
 mod evaluate;
+mod fold;
 mod opening;
 mod operator;
 mod pins;
@@ -15,6 +16,7 @@ mod volume;
 
 pub use controller::Controller;
 pub use evaluate::{NULL_GRADIENT, Sample, evaluate, union};
+pub use fold::{Fold, Leaf};
 pub use opening::{OpeningCurve, TABLE};
 pub use operator::{MAX_MAGNITUDE, Partials, blend, bulge, check_magnitude};
 pub use profile::{Form, Level, MAX_BULGE, Profile};
@@ -32,14 +34,38 @@ pub enum Operator {
     Blend,
     /// Gradient-based bulge in contact.
     Bulge,
+    /// Contact g_dc of the 2014 method.
+    Contact,
+    /// The operator of the user's profile, in the 2014 method.
+    Profile,
 }
 
 impl Operator {
     /// The opening curve that the paper's figure 7 gives to this operator; a union has no use for one.
     pub fn default_opening(self) -> OpeningCurve {
         match self {
-            Self::Union | Self::Blend => OpeningCurve::elbow(),
             Self::Bulge => OpeningCurve::finger(),
+            _ => OpeningCurve::elbow(),
+        }
+    }
+
+    /// The controller that the 2014 paper's figure 4 gives to this operator; a union never touches.
+    pub fn default_controller(self) -> Controller {
+        match self {
+            Self::Union => Controller::never(),
+            Self::Bulge | Self::Profile => Controller::finger(),
+            _ => Controller::elbow(),
+        }
+    }
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Union => "union",
+            Self::Blend => "blend",
+            Self::Bulge => "bulge",
+            Self::Contact => "contact",
+            Self::Profile => "profile",
         }
     }
 }
@@ -49,10 +75,14 @@ impl Operator {
 pub struct Composition {
     /// Field of the nearest ancestor joint that has one, or `u32::MAX`.
     pub parent: Vec<u32>,
-    /// Operator at the joint between the two.
-    pub operator: Vec<Operator>,
-    /// How far the operator opens with the angle between the two gradients.
-    pub opening: Vec<OpeningCurve>,
+    /// Operator at the joint between the two; none where the method's own is meant.
+    pub operator: Vec<Option<Operator>>,
+    /// How far the operator opens with the angle between the two gradients; none for the operator's own.
+    pub opening: Vec<Option<OpeningCurve>>,
+    /// How deep a contact goes with that angle (2014); none for the operator's own.
+    pub controller: Vec<Option<Controller>>,
+    /// What [`Operator::Profile`] is.
+    pub profile: Option<Profile>,
     /// Magnitude of the bulge operator, 1 as the authors have it; at most [`MAX_MAGNITUDE`].
     pub magnitude: f32,
 }

@@ -18,7 +18,7 @@ pub struct Volume {
     pub texels: Vec<[f16; 4]>,
 }
 
-/// Samples an operator; `magnitude` matters to the bulge only; one that [`check_magnitude`] refuses counts as 0.
+/// Samples an operator of the 2013 method (those of the 2014 method are unions here, [`profile_volume`](super::profile_volume) has them); `magnitude` matters to the bulge only; one that [`check_magnitude`] refuses counts as 0.
 ///
 /// Values are rounded down: linear interpolation across a crease errs upward, by a quarter of a cell, so the two partly cancel.
 pub fn volume(operator: Operator, magnitude: f32) -> Volume {
@@ -32,7 +32,7 @@ pub fn volume(operator: Operator, magnitude: f32) -> Volume {
             let (f2, t) = (at(row % EDGE), at(row / EDGE));
             for (i, texel) in texels.iter_mut().enumerate() {
                 let partials = match operator {
-                    Operator::Union => union(at(i), f2),
+                    Operator::Union | Operator::Contact | Operator::Profile => union(at(i), f2),
                     Operator::Blend => blend(at(i), f2, t),
                     Operator::Bulge => bulge(at(i), f2, t, magnitude),
                 };

@@ -4,12 +4,12 @@ use bytemuck::{Pod, cast_slice, cast_slice_mut};
 
 use super::{
     Resource,
-    plan::{Extent, Step},
+    plan::{Extent, Pass, Step},
     pose::PoseUpload,
     statics::Statics,
 };
 use crate::{
-    gpu::{Access, Declaration},
+    gpu::Access,
     layout::Dispatch,
     report::MemoryReport,
     twin::{Args, Image, Slot, cast},
@@ -58,10 +58,10 @@ impl Store {
         cast_slice_mut::<u32, u8>(buffer)[..words.len()].copy_from_slice(words);
     }
 
-    /// Uploads a pose.
+    /// Uploads a frame's poses.
     pub(super) fn pose(&mut self, upload: &PoseUpload) {
-        self.write(Resource::Palette, upload.palette());
-        self.write(Resource::Fields, upload.fields());
+        self.write(Resource::PaletteRing, upload.palette());
+        self.write(Resource::FieldsRing, upload.fields());
     }
 
     /// Bytes by class and name.
@@ -77,15 +77,26 @@ impl Store {
         }))
     }
 
-    /// Runs the steps in order.
-    pub(crate) fn run(&mut self, steps: &[Step]) {
+    /// Runs the steps in order, as those of a sub-step.
+    pub(crate) fn run(&mut self, steps: &[Step], substep: usize) {
         for step in steps {
-            self.step(step);
+            self.step(step, substep);
         }
     }
 
-    fn step(&mut self, step: &Step) {
+    fn step(&mut self, step: &Step, substep: usize) {
         match step {
+            Step::Take(ring, to) => {
+                let count = self.buffers[*to as usize].len();
+                let slice = substep * count..(substep + 1) * count;
+                let words = self.buffers[*ring as usize][slice].to_vec();
+                self.buffers[*to as usize] = words;
+            }
+            Step::Keep(from, to) => {
+                let words = self.buffers[*from as usize].clone();
+                let first = substep * words.len();
+                self.buffers[*to as usize][first..first + words.len()].copy_from_slice(&words);
+            }
             Step::Clear(resource) => self.buffers[*resource as usize].fill(0),
             Step::Copy(from, to) => {
                 let source = std::mem::take(&mut self.buffers[*from as usize]);
@@ -97,38 +108,37 @@ impl Store {
                 bind,
                 constants,
                 extent,
-                ..
+                variant,
             } => {
                 if let Extent::Indirect(row) = extent
                     && self.read::<Dispatch>(Resource::Dispatches)[*row as usize].groups[0] == 0
                 {
                     return;
                 }
-                self.dispatch(pass.declaration, pass.twin, bind, constants);
+                self.dispatch(pass, bind, constants, *variant);
             }
         }
     }
 
-    fn dispatch(
-        &mut self,
-        pass: &Declaration,
-        twin: fn(&mut Args<'_>),
-        bind: &[Resource],
-        constants: &[u8],
-    ) {
+    fn dispatch(&mut self, pass: &Pass, bind: &[Resource], constants: &[u8], variant: u32) {
+        let bindings = pass.declaration.bindings;
         // Written buffers leave the store while the twin runs, so that the others can be borrowed.
-        let writes = |i: usize| pass.bindings[i].access.writes();
+        let writes = |i: usize| bindings[i].access.writes();
         let mut taken: Vec<Option<Vec<u32>>> = (0..bind.len())
             .map(|i| writes(i).then(|| std::mem::take(&mut self.buffers[bind[i] as usize])))
             .collect();
-        let slots = taken.iter_mut().zip(bind).zip(pass.bindings).map(
-            |((taken, resource), binding)| match (taken, binding.access) {
-                (Some(words), _) => Slot::Write(words),
-                (None, Access::Sampled) => Slot::Image(self.image(*resource)),
-                (None, _) => Slot::Read(&self.buffers[*resource as usize]),
-            },
-        );
-        twin(&mut Args::new(slots.collect(), constants));
+        let slots = taken
+            .iter_mut()
+            .zip(bind)
+            .zip(bindings)
+            .map(
+                |((taken, resource), binding)| match (taken, binding.access) {
+                    (Some(words), _) => Slot::Write(words),
+                    (None, Access::Sampled) => Slot::Image(self.image(*resource)),
+                    (None, _) => Slot::Read(&self.buffers[*resource as usize]),
+                },
+            );
+        (pass.twin)(&mut Args::new(slots.collect(), constants).with_variant(variant));
         for (words, resource) in taken.into_iter().zip(bind) {
             if let Some(words) = words {
                 self.buffers[*resource as usize] = words;

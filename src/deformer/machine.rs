@@ -3,9 +3,9 @@
 use bytemuck::{Pod, cast_slice};
 
 use super::{
-    Device, Kind, Resource, Settings, Step,
+    Device, Kind, Method, Resource, Settings, Step,
     cpu::Store,
-    plan::{self, Extent},
+    plan::{self, Extent, Plan},
     pose::PoseUpload,
     statics::Statics,
     volumes::Volumes,
@@ -13,7 +13,7 @@ use super::{
 use crate::{
     Result,
     field::AtlasLayout,
-    frame::{Frame, FrameBuilder},
+    frame::{Frame, FrameBuilder, Span},
     gpu::{Buffer, Gpu, Image3d, Ring},
     layout::Dispatch,
     report::{FrameTimings, MemoryReport},
@@ -31,7 +31,7 @@ pub(super) enum Machine {
 /// Buffers in host memory.
 pub(super) struct CpuMachine {
     pub(super) store: Store,
-    steps: Vec<Step>,
+    plan: Plan,
     layout: AtlasLayout,
 }
 
@@ -40,6 +40,7 @@ pub(super) struct GpuMachine {
     pub(super) gpu: Gpu,
     pub(super) resources: GpuResources,
     frame: Frame,
+    plan: Plan,
     layout: AtlasLayout,
 }
 
@@ -49,6 +50,8 @@ pub(super) struct GpuResources {
     buffers: Vec<Option<Buffer>>,
     palette: Ring,
     fields: Ring,
+    /// Bytes of a slice of these.
+    slices: [u64; 2],
     atlas: Image3d,
     operators: Image3d,
 }
@@ -60,7 +63,7 @@ impl Machine {
         volumes: Volumes,
         settings: &Settings,
     ) -> Result<Self> {
-        let steps = plan::frame(&statics.sizes, settings);
+        let plan = plan::frame(&statics.sizes, settings);
         match (device, volumes) {
             (
                 Device::Gpu(gpu),
@@ -70,12 +73,22 @@ impl Machine {
                     operators,
                 },
             ) => {
-                let resources = GpuResources::new(gpu, statics, &steps, atlas, operators)?;
-                let frame = resources.frame(gpu, settings.method.name(), &steps)?;
+                let slices = match settings.method {
+                    Method::Tracking => settings.max_substeps as u64,
+                    _ => 1,
+                };
+                let mut all = plan.steps.clone();
+                if settings.method.has_fields() {
+                    all.extend(plan::measure_iso(&statics.sizes));
+                }
+                let images = [atlas, operators];
+                let resources = GpuResources::new(gpu, statics, &all, images, slices)?;
+                let frame = resources.frame(gpu, settings.method.name(), &plan.steps)?;
                 Ok(Self::Gpu(Box::new(GpuMachine {
                     gpu: gpu.clone(),
                     resources,
                     frame,
+                    plan,
                     layout,
                 })))
             }
@@ -84,7 +97,7 @@ impl Machine {
                 let store = Store::new(statics, atlas, operators);
                 Ok(Self::Cpu(Box::new(CpuMachine {
                     store,
-                    steps,
+                    plan,
                     layout,
                 })))
             }
@@ -98,17 +111,24 @@ impl Machine {
         }
     }
 
-    /// Uploads a pose and runs (or submits) the frame.
+    /// Uploads the sub-steps' poses and runs (or submits) the frame.
     pub(super) fn advance(&mut self, upload: &PoseUpload) -> Result<()> {
         match self {
             Self::Cpu(m) => {
                 m.store.pose(upload);
-                m.store.run(&m.steps);
+                for run in m.plan.runs(upload.rounds()) {
+                    let steps = &m.plan.steps[run.steps];
+                    m.store.run(steps, run.slice as usize);
+                }
                 Ok(())
             }
             Self::Gpu(m) => {
                 m.resources.pose(&mut m.frame, upload)?;
-                m.frame.submit()
+                let spans = m.plan.runs(upload.rounds()).into_iter().map(|run| Span {
+                    steps: run.steps,
+                    index: run.slice,
+                });
+                m.frame.submit_spans(&spans.collect::<Vec<_>>())
             }
         }
     }
@@ -125,7 +145,7 @@ impl Machine {
         match self {
             Self::Cpu(m) => {
                 m.store.pose(upload);
-                m.store.run(steps);
+                m.store.run(steps, 0);
                 Ok(())
             }
             Self::Gpu(m) => {
@@ -184,8 +204,8 @@ impl GpuResources {
         gpu: &Gpu,
         statics: &Statics,
         steps: &[Step],
-        atlas: Image3d,
-        operators: Image3d,
+        [atlas, operators]: [Image3d; 2],
+        slices: u64,
     ) -> Result<Self> {
         let mut buffers = Vec::new();
         for &resource in Resource::ALL {
@@ -196,11 +216,13 @@ impl GpuResources {
             buffers.push(buffer);
         }
         let joints = statics.joints.max(1) * size_of::<crate::layout::JointPose>();
-        let ring = |r: Resource, bytes: usize| gpu.ring(r.label(), r.class(), bytes as u64);
+        let bytes = [joints as u64, statics.fields_bytes() as u64];
+        let ring = |r: Resource, bytes: u64| gpu.ring(r.label(), r.class(), slices * bytes);
         Ok(Self {
             buffers,
-            palette: ring(Resource::Palette, joints)?,
-            fields: ring(Resource::Fields, crate::layout::FIELDS_BYTES)?,
+            palette: ring(Resource::PaletteRing, bytes[0])?,
+            fields: ring(Resource::FieldsRing, bytes[1])?,
+            slices: bytes,
             atlas,
             operators,
         })
@@ -222,6 +244,17 @@ impl GpuResources {
                 let (from, to) = (self.buffer(*from), self.buffer(*to));
                 builder.copy(from, to, from.bytes().min(to.bytes()));
             }
+            Step::Take(ring, to) => {
+                let (ring, bytes) = match ring {
+                    Resource::PaletteRing => (&self.palette, self.slices[0]),
+                    _ => (&self.fields, self.slices[1]),
+                };
+                builder.copy_slice(ring, self.buffer(*to), bytes, [bytes, 0]);
+            }
+            Step::Keep(from, to) => {
+                let (from, to) = (self.buffer(*from), self.buffer(*to));
+                builder.copy_slice(from, to, from.bytes(), [0, from.bytes()]);
+            }
             Step::Dispatch {
                 pass,
                 bind,
@@ -232,8 +265,6 @@ impl GpuResources {
                 let mut call = builder.pass(pass.declaration);
                 for (binding, &resource) in pass.declaration.bindings.iter().zip(bind) {
                     call = match resource {
-                        Resource::Palette => call.bind_ring(binding.name, &self.palette),
-                        Resource::Fields => call.bind_ring(binding.name, &self.fields),
                         Resource::Atlas => call.bind_image(binding.name, &self.atlas),
                         Resource::Operators => call.bind_image(binding.name, &self.operators),
                         _ => call.bind(binding.name, self.buffer(resource)),
@@ -309,7 +340,7 @@ impl GpuResources {
 fn is_used(resource: Resource, steps: &[Step]) -> bool {
     steps.iter().any(|step| match step {
         Step::Clear(r) => *r == resource,
-        Step::Copy(a, b) => *a == resource || *b == resource,
+        Step::Copy(a, b) | Step::Take(a, b) | Step::Keep(a, b) => *a == resource || *b == resource,
         Step::Dispatch { bind, .. } => bind.contains(&resource),
     })
 }

@@ -8,6 +8,8 @@ mod pose;
 mod resource;
 mod settings;
 mod statics;
+mod substeps;
+mod tracked;
 mod volumes;
 
 use std::{sync::Arc, time::Instant};
@@ -18,6 +20,7 @@ pub use places::Places;
 pub use plan::{Extent, Pass, Sizes, Step};
 pub use resource::{Kind, Resource};
 pub use settings::{Method, Settings};
+pub use tracked::TrackedState;
 
 use crate::{
     Result,
@@ -29,6 +32,7 @@ use crate::{
 use machine::Machine;
 use pose::PoseUpload;
 use statics::Statics;
+use tracked::Tracking;
 
 /// Where a deformer runs.
 #[derive(Clone)]
@@ -63,6 +67,7 @@ pub struct Deformer {
     statics: Statics,
     upload: PoseUpload,
     machine: Machine,
+    tracking: Tracking,
     record_ns: u64,
 }
 
@@ -77,13 +82,15 @@ impl Deformer {
         let volumes = volumes::prepare(device, &rig, &statics, settings)?;
         let mut deformer = Self {
             machine: Machine::new(device, &statics, volumes, settings)?,
-            upload: PoseUpload::new(),
+            upload: PoseUpload::default(),
+            tracking: Tracking::default(),
             settings: *settings,
             statics,
             rig,
             record_ns: 0,
         };
         deformer.measure_rest()?;
+        deformer.reset()?;
         Ok(deformer)
     }
 
@@ -93,8 +100,12 @@ impl Deformer {
     /// [`crate::Error::Pose`] where a matrix is not finite or not invertible; Vulkan errors.
     pub fn advance(&mut self, pose: &Pose) -> Result<()> {
         pose.validate(&self.rig.skeleton)?;
-        let layout = self.machine.layout();
-        self.upload.set(&self.rig, &self.statics, &layout, pose);
+        if self.settings.method == Method::Tracking {
+            self.upload_substeps(pose)?;
+        } else {
+            let layout = self.machine.layout();
+            self.upload.set(&self.rig, &self.statics, &layout, pose);
+        }
         let begin = Instant::now();
         self.machine.advance(&self.upload)?;
         self.record_ns = begin.elapsed().as_nanos() as u64;
@@ -116,7 +127,7 @@ impl Deformer {
     pub fn read(&mut self) -> Result<Skin> {
         let positions = self.machine.read::<[f32; 4]>(Resource::SkinPositions)?;
         let normals = self.machine.read::<[f32; 4]>(Resource::SkinNormals)?;
-        let implicit = self.settings.method == Method::Implicit;
+        let implicit = self.settings.method.has_fields();
         let (status, iso) = if implicit {
             (
                 self.machine.read::<u32>(Resource::Status)?,
@@ -190,20 +201,25 @@ impl Deformer {
     /// # Errors
     /// Vulkan errors.
     pub fn iterations(&mut self) -> Result<Iterations> {
-        if self.settings.method != Method::Implicit {
-            return Ok(Iterations::default());
+        match self.settings.method {
+            Method::Implicit => {}
+            Method::Tracking => return self.tracking_iterations(),
+            Method::Lbs | Method::Dqs => return Ok(Iterations::default()),
         }
         let status = self.machine.read::<u32>(Resource::Status)?;
         let heads = self.machine.read::<Dispatch>(Resource::Dispatches)?;
         let evaluations = status.iter().map(|s| u64::from(state::evaluations(*s)));
         Ok(Iterations {
             newton_mean: evaluations.clone().sum::<u64>() as f64 / heads[1].count.max(1) as f64,
-            newton_max: evaluations.max().unwrap_or(0) as u32,
+            newton_max: evaluations.clone().max().unwrap_or(0) as u32,
             rounds: heads[1..=self.settings.rounds as usize]
                 .iter()
                 .filter(|h| h.count > 0)
                 .count() as u32,
+            jacobi: 0,
             substeps: 1,
+            capped: false,
+            evaluations: evaluations.sum(),
             fetches: status.iter().map(|s| u64::from(state::fetches(*s))).sum(),
         })
     }
@@ -220,7 +236,7 @@ impl Deformer {
 
     /// Iso-values by the same shader code as the frame's, so that the rest pose is a fixed point.
     fn measure_rest(&mut self) -> Result<()> {
-        if self.settings.method != Method::Implicit {
+        if !self.settings.method.has_fields() {
             return Ok(());
         }
         let rest: Vec<[f32; 4]> = self
@@ -245,6 +261,10 @@ impl Deformer {
         let ranks = Statics::seed_ranks(iso.len(), &seeds);
         self.machine.write(Resource::SeedList, &seeds)?;
         self.machine.write(Resource::SeedRanks, &ranks)?;
+        if self.settings.method == Method::Tracking {
+            let bodies = Statics::bodies(&self.rig, &iso, &ranks);
+            self.machine.write(Resource::Bodies, &bodies)?;
+        }
         self.machine.write(Resource::SeedDispatches, &heads)
     }
 }

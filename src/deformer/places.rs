@@ -3,7 +3,7 @@
 use bytemuck::cast_slice;
 use glam::{Vec3, Vec4};
 
-use super::{Deformer, Machine, Method, Resource};
+use super::{Deformer, Machine, Resource};
 use crate::{
     Result,
     layout::{Dispatch, FieldPose, FieldsHead, unpack},
@@ -27,15 +27,15 @@ impl Deformer {
     /// # Errors
     /// Vulkan errors.
     pub fn places(&mut self) -> Result<Places> {
-        if self.settings.method != Method::Implicit {
+        if !self.settings.method.has_fields() {
             return Ok(Places::default());
         }
         let positions = self.machine.read::<[f32; 4]>(Resource::Positions)?;
         let heads = self.machine.read::<Dispatch>(Resource::SeedDispatches)?;
         let seeds = self.machine.read::<u32>(Resource::SeedList)?;
         let head = size_of::<FieldsHead>();
-        let fields: FieldsHead = bytemuck::pod_read_unaligned(&self.upload.fields()[..head]);
-        let poses: &[FieldPose] = cast_slice(&self.upload.fields()[head..]);
+        let fields: FieldsHead = bytemuck::pod_read_unaligned(&self.upload.last_fields()[..head]);
+        let poses: &[FieldPose] = cast_slice(&self.upload.last_fields()[head..]);
         let scale = Vec3::from_slice(&fields.box_scale);
         let mut places = Vec::new();
         for &v in &seeds[..heads[0].count as usize] {

@@ -6,69 +6,104 @@ use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use super::statics::Statics;
 use crate::{
     field::{AtlasLayout, GRID},
-    layout::{CELLS, FIELDS_BYTES, FieldPose, FieldsHead, JointPose, NO_MOTION, pack},
+    layout::{CELLS, FieldPose, FieldsHead, JointPose, NO_MOTION, pack},
     rig::{Pose, Rig},
 };
 
 /// Stretches closer to the identity than this count as rigid.
 const RIGID: f64 = 1e-5;
 
-/// Uploads of one frame; its buffers are reused from frame to frame.
-#[derive(Debug)]
+/// Uploads of one frame, a slice a sub-step; its buffers are reused from frame to frame.
+#[derive(Debug, Default)]
 pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
-    /// Number of the motion of every joint.
+    /// Rounds of each slice's sub-step.
+    rounds: Vec<u32>,
+    /// Number of the motion of every joint in the last slice.
     motions: Vec<u32>,
 }
 
 impl PoseUpload {
-    pub(super) fn new() -> Self {
-        Self {
-            palette: Vec::new(),
-            fields: vec![0; FIELDS_BYTES],
-            motions: Vec::new(),
-        }
-    }
-
-    /// Bytes of [`super::Resource::Palette`].
+    /// Bytes of [`super::Resource::PaletteRing`].
     pub(super) fn palette(&self) -> &[u8] {
         cast_slice(&self.palette)
     }
 
-    /// Bytes of [`super::Resource::Fields`].
+    /// Bytes of [`super::Resource::FieldsRing`].
     pub(super) fn fields(&self) -> &[u8] {
         &self.fields
     }
 
-    /// Fills both from a validated pose.
+    /// Rounds of iterations, a number a slice.
+    pub(super) fn rounds(&self) -> &[u32] {
+        &self.rounds
+    }
+
+    /// The posed fields of the last slice.
+    pub(super) fn last_fields(&self) -> &[u8] {
+        let bytes = self.fields.len() / self.rounds.len().max(1);
+        &self.fields[self.fields.len() - bytes..]
+    }
+
+    /// One slice, from a validated pose.
     pub(super) fn set(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
+        self.clear();
+        self.push(rig, statics, layout, None, pose, 0);
+    }
+
+    /// No slices.
+    pub(super) fn clear(&mut self) {
         self.palette.clear();
+        self.fields.clear();
+        self.rounds.clear();
+    }
+
+    /// Adds a slice from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
+    pub(super) fn push(
+        &mut self,
+        rig: &Rig,
+        statics: &Statics,
+        layout: &AtlasLayout,
+        before: Option<&Pose>,
+        pose: &Pose,
+        rounds: u32,
+    ) {
+        let first = self.palette.len();
         self.palette.extend(pose.matrices.iter().map(joint_pose));
-        let stretched = self.palette.iter().any(is_stretched);
-        self.palette[0].stretch1[3] = f32::from(u8::from(stretched));
+        let added = &mut self.palette[first..];
+        let changes = before.map(|before| changes(before, pose));
+        let changes = changes.as_ref().unwrap_or(pose);
+        let stretched = added.iter().any(is_stretched);
+        added[0].stretch1[3] = f32::from(u8::from(stretched));
         self.motions.clear();
-        self.motions.extend(motions(rig, statics, pose));
-        for (joint, motion) in self.palette.iter_mut().zip(&self.motions) {
+        self.motions.extend(motions(rig, statics, changes));
+        let numbered = self.motions.iter().zip(&changes.matrices);
+        for (joint, (motion, change)) in added.iter_mut().zip(numbered) {
             joint.stretch0[3] = *motion as f32;
+            joint.change = rows(change);
         }
+        self.fields
+            .resize((self.rounds.len() + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, pose);
+        self.rounds.push(rounds);
     }
 
     fn set_fields(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
         let texels = Vec3::from(layout.extent().map(|e| e as f32));
         let fields = rig.fields.len();
-        let posed = rig
-            .fields
-            .iter()
-            .map(|f| pose.matrices[f.joint as usize] * f.bounds.to_rest());
+        let posed = statics.order.iter().map(|row| {
+            let field = &rig.fields[*row as usize];
+            pose.matrices[field.joint as usize] * field.bounds.to_rest()
+        });
         let (low, high) = posed
             .clone()
             .map(|m| extent(&m))
             .reduce(join)
             .unwrap_or((Vec3::ZERO, Vec3::ONE));
         let inverse = CELLS as f32 / (high - low).max(Vec3::splat(1e-6));
-        let head = size_of::<FieldsHead>();
+        let first_byte = self.rounds.len() * statics.fields_bytes();
+        let head = first_byte + size_of::<FieldsHead>();
         for (i, to_model) in posed.enumerate() {
             let (first, last) = extent(&to_model);
             let cell = |p: Vec3| {
@@ -76,10 +111,11 @@ impl PoseUpload {
                     .clamp(Vec3::ZERO, Vec3::splat(CELLS as f32 - 1.0))
                     .as_uvec3()
             };
+            let row = statics.order[i];
+            let joint = rig.fields[row as usize].joint as usize;
             let field = FieldPose {
                 rows: rows(&to_model.inverse()),
-                tile: pack(layout.tile(i as u32))
-                    | self.motions[rig.fields[i].joint as usize] << 24,
+                tile: pack(layout.tile(row)) | self.motions[joint] << 24,
                 link: statics.links[i],
                 first_cell: pack(cell(first).to_array()),
                 last_cell: pack(cell(last).to_array()),
@@ -102,7 +138,15 @@ impl PoseUpload {
             grid_inverse: inverse.extend(fields as f32).to_array(),
             box_scale: box_scale.extend(scale).to_array(),
         };
-        self.fields[..head].copy_from_slice(bytes_of(&content));
+        self.fields[first_byte..head].copy_from_slice(bytes_of(&content));
+    }
+}
+
+/// What carries the skin of one pose to another, a matrix a joint.
+fn changes(from: &Pose, to: &Pose) -> Pose {
+    let pairs = from.matrices.iter().zip(&to.matrices);
+    Pose {
+        matrices: pairs.map(|(a, b)| *b * a.inverse()).collect(),
     }
 }
 
@@ -170,6 +214,7 @@ fn joint_pose(m: &Mat4) -> JointPose {
         dual: dual.as_vec4().to_array(),
         stretch0: [s.x_axis.x, s.y_axis.x, s.z_axis.x, 0.0].map(|x| x as f32),
         stretch1: [s.y_axis.y, s.z_axis.y, s.z_axis.z, 0.0].map(|x| x as f32),
+        change: [[0.0; 4]; 3],
     }
 }
 

@@ -7,7 +7,7 @@ use crate::gpu::Class;
 pub enum Kind {
     /// Content fixed when the deformer is made.
     Static,
-    /// Uploaded every frame, one a frame slot.
+    /// Uploaded every frame, one a frame slot, with a slice a sub-step.
     Ring,
     /// Written by passes.
     Transient,
@@ -65,11 +65,15 @@ resources! {
     SeedDispatches "seed_dispatches" Static Mesh,
     IsoValues "iso_values" Static Mesh,
     Directions "directions" Static Mesh,
+    Bodies "bodies" Static Mesh,
+    RingWeights "ring_weights" Static Mesh,
     Opening "opening" Static Operators,
     Atlas "atlas" Image Fields,
     Operators "operators" Image Operators,
-    Palette "palette" Ring PoseRing,
-    Fields "fields" Ring PoseRing,
+    PaletteRing "palette_ring" Ring PoseRing,
+    FieldsRing "fields_ring" Ring PoseRing,
+    Palette "palette" Transient Transient,
+    Fields "fields" Transient Transient,
     Index "index" Transient Transient,
     Geometric "geometric" Transient Transient,
     Positions "positions" Transient Transient,
@@ -89,6 +93,17 @@ resources! {
     Dispatches "dispatches" Transient Transient,
     BetaA "beta_a" Transient Transient,
     BetaB "beta_b" Transient Transient,
+    Tracked "tracked" Transient Mesh,
+    TrackedBefore "tracked_before" Transient Mesh,
+    TrackedSlopes "tracked_slopes" Transient Mesh,
+    Around "around" Transient Mesh,
+    TrackA "track_a" Transient Transient,
+    TrackB "track_b" Transient Transient,
+    TrackC "track_c" Transient Transient,
+    SlopesA "slopes_a" Transient Transient,
+    SlopesB "slopes_b" Transient Transient,
+    Goals "goals" Transient Transient,
+    History "history" Transient Transient,
     SkinPositions "skin_positions" Transient Transient,
     SkinNormals "skin_normals" Transient Transient,
 }

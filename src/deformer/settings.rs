@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::ROUND;
 use crate::{Error, Result};
 
 /// How the skin follows the pose.
@@ -15,6 +16,8 @@ pub enum Method {
     /// Implicit skinning (Vaillant et al. 2013), from dual quaternions.
     #[default]
     Implicit,
+    /// Iso-surface tracking (Vaillant et al. 2014), from the skin of the pose before.
+    Tracking,
 }
 
 impl Method {
@@ -24,7 +27,13 @@ impl Method {
             Self::Lbs => "lbs",
             Self::Dqs => "dqs",
             Self::Implicit => "implicit",
+            Self::Tracking => "tracking",
         }
+    }
+
+    /// The skin follows implicit fields.
+    pub fn has_fields(self) -> bool {
+        matches!(self, Self::Implicit | Self::Tracking)
     }
 }
 
@@ -50,6 +59,24 @@ pub struct Settings {
     pub smoothings: u32,
     /// Newton steps of the last round, and after the smoothing.
     pub settling_steps: u32,
+    /// Tracking: iterations of a sub-step in which a joint turns by [`Settings::full_turn_degrees`] or more; less far, it has
+    /// proportionally fewer. Rounded up to rounds of 6, of which every third evaluates the field.
+    pub iterations: u32,
+    /// Tracking: least iterations of a sub-step.
+    pub least_iterations: u32,
+    /// Tracking: turn of a joint that takes all iterations, degrees.
+    pub full_turn_degrees: f32,
+    /// Tracking: movement in an iteration that counts as rest, over the radius of the vertex's part.
+    pub stillness: f32,
+    /// Tracking: spectral radius of the Jacobi iteration that Chebyshev's semi-iteration assumes; 0 for plain Jacobi.
+    pub spectral_radius: f32,
+    /// Tracking: most degrees that a joint turns in a sub-step, at any bend; sharply bent joints get a third of their bend
+    /// where that is less (section 5.2).
+    pub substep_degrees: f32,
+    /// Tracking: bends below this count as this, degrees: a third of nothing is nothing.
+    pub least_bend_degrees: f32,
+    /// Tracking: most sub-steps a frame.
+    pub max_substeps: u32,
 }
 
 impl Default for Settings {
@@ -64,11 +91,24 @@ impl Default for Settings {
             diffusions: 6,
             smoothings: 7,
             settling_steps: 24,
+            iterations: 36,
+            least_iterations: 12,
+            full_turn_degrees: 6.0,
+            stillness: 2e-5,
+            spectral_radius: 0.9985,
+            substep_degrees: 15.0,
+            least_bend_degrees: 30.0,
+            max_substeps: 32,
         }
     }
 }
 
 impl Settings {
+    /// Most rounds of a frame of tracking.
+    pub(super) fn max_rounds(&self) -> u32 {
+        self.max_substeps * self.iterations.div_ceil(ROUND)
+    }
+
     /// # Errors
     /// [`Error::Argument`] naming the setting that is out of range.
     pub(super) fn check(&self) -> Result<()> {
@@ -87,6 +127,29 @@ impl Settings {
                 self.smoothings % 2 == 1 && self.smoothings < 64,
             ),
             ("settling steps", (1..=250).contains(&self.settling_steps)),
+            (
+                "iterations",
+                (self.least_iterations..=600).contains(&self.iterations),
+            ),
+            ("least iterations", self.least_iterations >= 1),
+            (
+                "full turn",
+                self.full_turn_degrees > 0.0 && self.full_turn_degrees <= 180.0,
+            ),
+            ("stillness", self.stillness >= 0.0 && self.stillness < 0.1),
+            (
+                "spectral radius",
+                (0.0..1.0).contains(&self.spectral_radius),
+            ),
+            (
+                "degrees of a sub-step",
+                self.substep_degrees > 0.0 && self.substep_degrees <= 180.0,
+            ),
+            (
+                "least bend",
+                self.least_bend_degrees > 0.0 && self.least_bend_degrees <= 180.0,
+            ),
+            ("sub-steps", (1..=64).contains(&self.max_substeps)),
         ];
         match good.iter().find(|(_, good)| !good) {
             Some((name, _)) => Err(Error::argument(*name, "out of range")),

@@ -5,11 +5,15 @@ use std::collections::BTreeMap;
 use bytemuck::{Pod, cast_slice};
 use glam::Vec3;
 
-use super::{Resource, Settings, plan::Sizes};
+use super::{Method, Resource, Settings, plan::Sizes};
 use crate::{
     Error, Result,
-    compose::{OpeningCurve, Operator},
-    layout::{CELLS, Dispatch, MAX_FIELDS, NO_FIELD, NO_SEED, SET_BLOCK, SET_SEEDS, Vertex},
+    compose::{Fold, Operator, TABLE},
+    layout::{
+        CELLS, Dispatch, FieldPose, FieldsHead, JointPose, MAX_FIELDS, NO_FIELD, NO_SEED,
+        SET_BLOCK, SET_SEEDS, Vertex, composition,
+    },
+    mesh::cotangent,
     rig::Rig,
 };
 
@@ -30,7 +34,9 @@ pub(super) struct Statics {
     pub(super) content: BTreeMap<u32, Vec<u32>>,
     /// Words of every buffer.
     pub(super) words: BTreeMap<u32, usize>,
-    /// [`crate::layout::FieldPose::link`] of every field.
+    /// Row of the rig's field of every posed field.
+    pub(super) order: Vec<u32>,
+    /// [`crate::layout::FieldPose::link`] of every posed field.
     pub(super) links: Vec<u32>,
     /// Greatest distance of a vertex from the origin, in rest units.
     pub(super) reach: f32,
@@ -50,21 +56,31 @@ impl Statics {
                 rows: rig.rows.vertex.len() as u32,
                 width: rig.weights.width as u32,
                 fields: rig.fields.len() as u32,
-                operators: 0,
+                composition: composition::UNIONS,
             },
             joints: rig.skeleton.joints.len(),
             ..Self::default()
         };
         s.mesh(rig);
         s.influences(rig);
-        s.composition(rig)?;
-        s.sizes.operators = s.operators.len() as u32;
+        match settings.method {
+            Method::Tracking => {
+                s.tracking_composition(rig)?;
+                s.ring_weights(rig);
+            }
+            _ => s.composition(rig, settings.method)?,
+        }
         let lengths = rig.mesh.positions.iter().map(|p| p.length());
         s.reach = lengths.fold(0.0, f32::max);
         let radii = rig.fields.iter().map(|f| rig.radius[f.joint as usize]);
         s.still = STILL * radii.reduce(f32::min).unwrap_or(0.0);
         s.transients(settings);
         Ok(s)
+    }
+
+    /// Bytes of the posed fields.
+    pub(super) fn fields_bytes(&self) -> usize {
+        size_of::<FieldsHead>() + self.sizes.fields.max(1) as usize * size_of::<FieldPose>()
     }
 
     /// Words of an index cell; shaders read them in pairs.
@@ -149,29 +165,96 @@ impl Statics {
         self.put(Resource::InfluenceWeights, &rig.weights.weights);
     }
 
-    fn composition(&mut self, rig: &Rig) -> Result<()> {
-        let mut curves: Vec<&OpeningCurve> = Vec::new();
+    fn composition(&mut self, rig: &Rig, method: Method) -> Result<()> {
+        self.order = (0..self.sizes.fields).collect();
+        let mut curves: Vec<[f32; TABLE]> = Vec::new();
         for field in 0..rig.fields.len() {
             let c = &rig.composition;
-            let (operator, parent) = (c.operator[field], c.parent[field]);
+            let operator = c.operator[field].unwrap_or_default();
+            if matches!(operator, Operator::Contact | Operator::Profile)
+                && method == Method::Implicit
+            {
+                return Err(misplaced(rig, field, operator, "tracking"));
+            }
+            let parent = c.parent[field];
             if operator == Operator::Union || parent == u32::MAX {
                 self.links.push(NO_FIELD);
                 continue;
             }
             let number = row_of(&mut self.operators, operator) + 1;
-            let curve = row_of(&mut curves, &c.opening[field]);
-            if curve > 255 {
-                return Err(Error::argument(
-                    "--opening",
-                    "more than 256 different opening curves",
-                ));
-            }
+            let opening = c.opening[field].unwrap_or_else(|| operator.default_opening());
+            let curve = curve_of(&mut curves, opening.table())?;
             self.links
-                .push(parent | (number as u32) << 16 | (curve as u32) << 24);
+                .push(parent | (number as u32) << 16 | curve << 24);
         }
-        let table: Vec<f32> = curves.iter().flat_map(|c| c.table()).collect();
-        self.put(Resource::Opening, &table);
+        if !self.operators.is_empty() {
+            self.sizes.composition = composition::OPERATORS;
+        }
+        self.put(Resource::Opening, &curves.concat());
         Ok(())
+    }
+
+    /// The walk over the composition tree: the contact's volume is the first.
+    fn tracking_composition(&mut self, rig: &Rig) -> Result<()> {
+        let fold = Fold::new(&rig.composition);
+        self.sizes.composition = if fold.has_groups() {
+            composition::GROUPS
+        } else {
+            composition::CONTACTS
+        };
+        self.operators.push(Operator::Contact);
+        let mut curves: Vec<[f32; TABLE]> = Vec::new();
+        for leaf in &fold.leaves {
+            let against = curve_of(&mut curves, leaf.group_controller.table())?;
+            let inside = curve_of(&mut curves, leaf.controller.table())?;
+            let number = match leaf.operator {
+                Operator::Blend => {
+                    return Err(misplaced(
+                        rig,
+                        leaf.field as usize,
+                        leaf.operator,
+                        "implicit",
+                    ));
+                }
+                Operator::Union | Operator::Contact => 1,
+                other => row_of(&mut self.operators, other) as u32 + 1,
+            };
+            self.order.push(leaf.field);
+            self.links
+                .push(leaf.group | against << 8 | number << 16 | inside << 24);
+        }
+        self.put(Resource::Opening, &curves.concat());
+        Ok(())
+    }
+
+    /// Cotangent weights of the one-rings over their sums; none is negative, so that the Jacobi iteration converges.
+    fn ring_weights(&mut self, rig: &Rig) {
+        let mut weights = cotangent(&rig.mesh);
+        for row in rig.mesh.one_ring.offsets.windows(2) {
+            let row = &mut weights[row[0] as usize..row[1] as usize];
+            for w in row.iter_mut() {
+                *w = w.clamp(LEAST_WEIGHT, MOST_WEIGHT);
+            }
+            let sum: f32 = row.iter().sum();
+            for w in row {
+                *w /= sum;
+            }
+        }
+        self.put(Resource::RingWeights, &weights);
+    }
+
+    /// What tracking knows of every vertex: iso-value, radius, freedom to slide, rank of its seed or -1.
+    pub(super) fn bodies(rig: &Rig, iso: &[f32], ranks: &[u32]) -> Vec<[f32; 4]> {
+        let rank = |v: usize| {
+            if ranks[v] == NO_SEED {
+                -1.0
+            } else {
+                ranks[v] as f32
+            }
+        };
+        let free = |v: usize| f32::from(u8::from(!rig.mesh.one_ring.row(v).is_empty()));
+        let body = |v: usize| [iso[v], rig.radius[rig.part[v] as usize], free(v), rank(v)];
+        (0..iso.len()).map(body).collect()
     }
 
     fn transients(&mut self, settings: &Settings) {
@@ -184,6 +267,16 @@ impl Statics {
             Resource::Anchors,
             Resource::Gradients,
             Resource::Directions,
+            Resource::Bodies,
+            Resource::Tracked,
+            Resource::TrackedBefore,
+            Resource::TrackedSlopes,
+            Resource::TrackA,
+            Resource::TrackB,
+            Resource::TrackC,
+            Resource::SlopesA,
+            Resource::SlopesB,
+            Resource::Goals,
         ];
         for r in vectors {
             self.size::<[f32; 4]>(r, vertices);
@@ -201,6 +294,7 @@ impl Statics {
             Resource::RegionList,
             Resource::BetaA,
             Resource::BetaB,
+            Resource::Around,
         ];
         for r in words {
             self.size::<u32>(r, vertices);
@@ -216,10 +310,37 @@ impl Statics {
         for r in [Resource::SeedDispatches, Resource::Dispatches] {
             self.size::<Dispatch>(r, heads);
         }
+        self.size::<Dispatch>(Resource::History, heads * settings.max_rounds() as usize);
+        self.size::<JointPose>(Resource::Palette, self.joints);
+        self.size::<u8>(Resource::Fields, self.fields_bytes());
         self.size::<u32>(
             Resource::Index,
             (CELLS * CELLS * CELLS * self.cell_words()) as usize,
         );
+    }
+}
+
+/// Bounds of a cotangent weight: a sliver must neither let its neighbours go nor drown them.
+const LEAST_WEIGHT: f32 = 1e-3;
+const MOST_WEIGHT: f32 = 20.0;
+
+/// An operator that another method has.
+fn misplaced(rig: &Rig, field: usize, operator: Operator, method: &str) -> Error {
+    let joint = rig.fields[field].joint as usize;
+    Error::Joint {
+        joint: rig.skeleton.joints[joint].name.clone(),
+        reason: format!("the operator {} is for --method {method}", operator.name()),
+    }
+}
+
+/// Number of a curve's table.
+fn curve_of(curves: &mut Vec<[f32; TABLE]>, table: [f32; TABLE]) -> Result<u32> {
+    match row_of(curves, table) {
+        row @ ..=255 => Ok(row as u32),
+        _ => Err(Error::argument(
+            "--opening",
+            "more than 256 different curves",
+        )),
     }
 }
 

@@ -39,8 +39,9 @@ pub(super) fn prepare(
     statics: &Statics,
     settings: &Settings,
 ) -> Result<Volumes> {
-    let implicit = settings.method == Method::Implicit;
-    let fields = if implicit { &rig.fields[..] } else { &[] };
+    let has_fields = settings.method.has_fields();
+    let fields = if has_fields { &rig.fields[..] } else { &[] };
+    let operators = operators(rig, statics, settings)?;
     match device {
         Device::Cpu => {
             let layout = atlas_layout(fields.len(), CPU_EDGE)?;
@@ -58,7 +59,7 @@ pub(super) fn prepare(
             Ok(Volumes::Cpu {
                 layout,
                 atlas,
-                operators: operators(rig, statics),
+                operators,
             })
         }
         Device::Gpu(gpu) => {
@@ -68,7 +69,7 @@ pub(super) fn prepare(
             } else {
                 sample(gpu, &GridInput::new(fields, layout), layout)?
             };
-            let operators = upload(gpu, "operators", Class::Operators, &operators(rig, statics))?;
+            let operators = upload(gpu, "operators", Class::Operators, &operators)?;
             Ok(Volumes::Gpu {
                 layout,
                 atlas,
@@ -96,17 +97,23 @@ impl Volumes {
 }
 
 /// The volumes of all operators in use, above each other in z.
-fn operators(rig: &Rig, statics: &Statics) -> Image {
+fn operators(rig: &Rig, statics: &Statics, settings: &Settings) -> Result<Image> {
     if statics.operators.is_empty() {
-        return no_image();
+        return Ok(no_image());
     }
-    let volumes = statics.operators.iter().map(|o| rig.volume(*o));
-    let texels: Vec<_> = volumes.flat_map(|v| v.texels).collect();
+    let mut texels = Vec::new();
+    for &operator in &statics.operators {
+        let volume = match settings.method {
+            Method::Tracking => rig.tracking_volume(operator)?,
+            _ => rig.volume(operator),
+        };
+        texels.extend(volume.texels);
+    }
     let edge = crate::compose::EDGE as u32;
-    Image {
+    Ok(Image {
         extent: [edge, edge, edge * statics.operators.len() as u32],
         texels,
-    }
+    })
 }
 
 fn upload(gpu: &Gpu, name: &str, class: Class, image: &Image) -> Result<Image3d> {

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{
     Frame, FrameBuilder, SlotState,
-    builder::{Extent, Pass, Resource, Step, Work},
+    builder::{Copy, Extent, Pass, Resource, Step, Work},
     hazard::{Hazards, Uses},
     profile::Turns,
 };
@@ -28,7 +28,7 @@ pub(super) struct Built {
 pub(super) enum Command {
     Dispatch(Dispatch),
     Fill { to: usize, value: u32 },
-    Copy { from: usize, to: usize, bytes: u64 },
+    Copy(Copy),
 }
 
 pub(super) struct Dispatch {
@@ -74,7 +74,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         } = step;
         let command = match work {
             Work::Fill { to, value } => Command::Fill { to, value },
-            Work::Copy { from, to, bytes } => Command::Copy { from, to, bytes },
+            Work::Copy(copy) => Command::Copy(copy),
             Work::Pass(pass) => Command::Dispatch(dispatch(
                 pass,
                 pipelines.next(),

@@ -123,7 +123,17 @@ pub(super) struct Step {
 pub(super) enum Work {
     Pass(Pass),
     Fill { to: usize, value: u32 },
-    Copy { from: usize, to: usize, bytes: u64 },
+    Copy(Copy),
+}
+
+/// A copy between two resources; both ends move on by their stride with [`Span::index`](super::Span::index).
+#[derive(Clone, Copy)]
+pub(super) struct Copy {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) bytes: u64,
+    /// Bytes of the source and of the target.
+    pub(super) strides: [u64; 2],
 }
 
 pub(super) struct Pass {
@@ -199,17 +209,35 @@ impl FrameBuilder {
 
     /// Copies `bytes` from the beginning of one buffer to the beginning of another.
     pub fn copy(&mut self, from: impl Into<End>, to: impl Into<End>, bytes: u64) {
+        self.copy_slice(from, to, bytes, [0, 0]);
+    }
+
+    /// Copies `bytes` between two buffers, each from as many times its stride on as [`Span::index`](super::Span::index) says;
+    /// where that passes an end, submitting fails.
+    pub fn copy_slice(
+        &mut self,
+        from: impl Into<End>,
+        to: impl Into<End>,
+        bytes: u64,
+        strides: [u64; 2],
+    ) {
         let from = self.resource(from.into().0, "copy");
         let to = self.resource(to.into().0, "copy");
         let (a, b) = (&self.resources[from], &self.resources[to]);
         let label = format!("copy {} to {}", a.name(), b.name());
         let most = a.bytes().min(b.bytes());
-        if from == to || bytes == 0 || bytes > most {
+        if from == to || bytes == 0 || bytes > most || strides.iter().any(|s| s % 4 != 0) {
             let reason = format!("{bytes} bytes, where two buffers and 1 to {most} are needed");
             self.fail(Error::argument(&label, reason));
         }
         let uses = vec![(from, Uses::TRANSFER_READ), (to, Uses::TRANSFER_WRITE)];
-        self.push("copy", Work::Copy { from, to, bytes }, uses);
+        let copy = Copy {
+            from,
+            to,
+            bytes,
+            strides,
+        };
+        self.push("copy", Work::Copy(copy), uses);
         self.label(&label);
     }
 

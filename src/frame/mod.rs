@@ -249,7 +249,29 @@ impl Frame {
                 reason,
             ));
         }
+        for span in spans {
+            self.check_copies(span)?;
+        }
         Ok(spans.iter().map(|s| s.steps.len() as u32).sum())
+    }
+
+    /// Slices that a span's copies reach are within their buffers.
+    fn check_copies(&self, span: &Span) -> Result<()> {
+        let index = u64::from(span.index);
+        for step in &self.steps[span.steps.clone()] {
+            let Command::Copy(copy) = &step.command else {
+                continue;
+            };
+            let ends = [copy.from, copy.to].into_iter().zip(copy.strides);
+            let past = |(row, stride): &(usize, u64)| {
+                stride * index + copy.bytes > self.resources[*row].bytes()
+            };
+            if let Some((row, _)) = ends.into_iter().find(past) {
+                let reason = format!("slice {index} passes its end");
+                return Err(Error::argument(self.resources[row].name(), reason));
+            }
+        }
+        Ok(())
     }
 
     /// Makes room for timestamps before, between and after `count` steps; allocates only when there are more steps than
@@ -331,9 +353,10 @@ impl Built {
                     recorder.fill(to, *value);
                 }
             }
-            Command::Copy { from, to, bytes } => {
-                if let Some((from, to)) = buffer(*from).zip(buffer(*to)) {
-                    recorder.copy((from, 0), (to, 0), *bytes);
+            Command::Copy(copy) => {
+                if let Some((from, to)) = buffer(copy.from).zip(buffer(copy.to)) {
+                    let [a, b] = copy.strides.map(|stride| stride * u64::from(index));
+                    recorder.copy((from, a), (to, b), copy.bytes);
                 }
             }
         }

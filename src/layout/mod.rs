@@ -28,6 +28,18 @@ pub const SET_SEEDS: usize = 1024;
 /// Words of a block of a set: its bits, and how many are set.
 pub const SET_BLOCK: usize = 33;
 
+/// How shaders compose fields: their specialization constant 0.
+pub mod composition {
+    /// Every joint is a union.
+    pub const UNIONS: u32 = 0;
+    /// Operators at joints, then the greatest of all.
+    pub const OPERATORS: u32 = 1;
+    /// Contacts from leaf to leaf (2014).
+    pub const CONTACTS: u32 = 2;
+    /// The same with groups of bulges below.
+    pub const GROUPS: u32 = 3;
+}
+
 /// States of a vertex.
 pub mod state {
     /// Geometric skinning only.
@@ -72,8 +84,8 @@ pub struct Vertex {
     pub radius: f32,
     /// Smooth normal at rest.
     pub normal: [f32; 3],
-    /// Joint row of its part.
-    pub part: u32,
+    /// Joint row of its part, as a number: texels may lose the bits of small integers.
+    pub part: f32,
 }
 
 /// A posed joint: rest → model space as a matrix, and as stretch followed by a dual quaternion.
@@ -90,6 +102,8 @@ pub struct JointPose {
     pub stretch0: [f32; 4],
     /// Symmetric stretch: yy yz zz; w of joint 0: any joint is not rigid.
     pub stretch1: [f32; 4],
+    /// Rows of the change since the pose before, model → model space.
+    pub change: [[f32; 4]; 3],
 }
 
 /// A posed field.
@@ -100,7 +114,8 @@ pub struct FieldPose {
     pub rows: [[f32; 4]; 3],
     /// Its tile in the atlas: x | y << 8 | z << 16 | number of its motion << 24.
     pub tile: u32,
-    /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24.
+    /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24; in tracking, group | controller
+    /// against the groups before << 8 | operator volume in the group << 16 | its controller << 24.
     pub link: u32,
     /// First index cell that its box may meet: x | y << 8 | z << 16.
     pub first_cell: u32,
@@ -129,9 +144,6 @@ pub fn pack(xyz: [u32; 3]) -> u32 {
 pub fn unpack(word: u32) -> [u32; 3] {
     [word & 0xff, word >> 8 & 0xff, word >> 16 & 0xff]
 }
-
-/// Bytes of the uniform block of posed fields.
-pub const FIELDS_BYTES: usize = size_of::<FieldsHead>() + MAX_FIELDS * size_of::<FieldPose>();
 
 /// Head of a work list.
 #[repr(C)]

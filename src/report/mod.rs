@@ -129,8 +129,17 @@ pub struct Iterations {
     pub newton_max: u32,
     /// Rounds of projection and relaxation.
     pub rounds: u32,
+    /// Jacobi iterations of all sub-steps.
+    #[serde(default)]
+    pub jacobi: u32,
     /// Sub-steps of the frame.
     pub substeps: u32,
+    /// The frame would have needed more sub-steps than it may have.
+    #[serde(default)]
+    pub capped: bool,
+    /// Field evaluations of all vertices in the iterations.
+    #[serde(default)]
+    pub evaluations: u64,
     /// Texture fetches of all vertices.
     pub fetches: u64,
 }

@@ -13,7 +13,7 @@ mod prepare;
 mod program;
 mod random;
 mod sheets;
-mod skeleton;
+pub(crate) mod skeleton;
 mod subdivide;
 mod volumes;
 mod weights;

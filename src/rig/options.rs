@@ -1,14 +1,18 @@
 //! What the user may choose about a preparation.
 
-use crate::compose::{OpeningCurve, Operator};
+use crate::compose::{Controller, OpeningCurve, Operator, Profile};
 
 /// What the user may choose about a preparation.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Operator at a joint, between its part and its parent's; union elsewhere.
+    /// Operator at a joint, between its part and its parent's; elsewhere the method's own: union, or contact in tracking.
     pub joints: Vec<(String, Operator)>,
     /// Opening curve at a joint, in place of the operator's own.
     pub openings: Vec<(String, OpeningCurve)>,
+    /// Controller of the contact at a joint, in place of the operator's own (tracking).
+    pub controllers: Vec<(String, Controller)>,
+    /// What [`Operator::Profile`] is (tracking).
+    pub profile: Option<Profile>,
     /// Magnitude of the bulge operator.
     pub magnitude: f32,
     /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
@@ -24,6 +28,8 @@ impl Default for Options {
         Self {
             joints: Vec::new(),
             openings: Vec::new(),
+            controllers: Vec::new(),
+            profile: None,
             magnitude: 1.0,
             part: None,
             subdivide: 0,

@@ -185,7 +185,7 @@ fn a_cached_preparation_is_the_same_bit_for_bit_and_damage_is_mended() {
         joints: blend,
         ..options.clone()
     });
-    assert!(!computed && other.composition.operator[1] == Operator::Blend);
+    assert!(!computed && other.composition.operator[1] == Some(Operator::Blend));
     assert!(
         cached(&Options {
             heat_weights: true,

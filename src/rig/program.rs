@@ -3,7 +3,7 @@
 use super::{Options, Skeleton};
 use crate::{
     Error, Result,
-    compose::{Composition, check_magnitude},
+    compose::{Composition, Operator, check_magnitude},
     field::Field,
 };
 
@@ -37,17 +37,26 @@ pub(super) fn compose(
     };
     let mut composition = Composition {
         parent: fields.iter().map(parent).collect(),
-        operator: vec![Default::default(); fields.len()],
-        opening: Vec::new(),
+        operator: vec![None; fields.len()],
+        opening: vec![None; fields.len()],
+        controller: vec![None; fields.len()],
+        profile: options.profile.clone(),
         magnitude: options.magnitude,
     };
     for (name, operator) in &options.joints {
-        composition.operator[find(name)?] = *operator;
+        if *operator == Operator::Profile && options.profile.is_none() {
+            return Err(Error::Joint {
+                joint: name.clone(),
+                reason: "its operator is a profile, but none is given".into(),
+            });
+        }
+        composition.operator[find(name)?] = Some(*operator);
     }
-    let own = composition.operator.iter().map(|o| o.default_opening());
-    composition.opening = own.collect();
     for (name, opening) in &options.openings {
-        composition.opening[find(name)?] = *opening;
+        composition.opening[find(name)?] = Some(*opening);
+    }
+    for (name, controller) in &options.controllers {
+        composition.controller[find(name)?] = Some(*controller);
     }
     Ok(composition)
 }
@@ -57,7 +66,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{
-        compose::{OpeningCurve, Operator},
+        compose::OpeningCurve,
         field::{FieldBox, Hrbf},
         rig::skeleton::tests::skeleton,
     };
@@ -85,7 +94,7 @@ mod tests {
         assert_eq!(c.parent, [u32::MAX, 0, 0]);
         let c = compose(&s, &fields(&[1, 2, 3]), &Options::default()).unwrap();
         assert_eq!(c.parent, [u32::MAX, 0, u32::MAX]);
-        assert_eq!(c.operator, [Operator::Union; 3]);
+        assert_eq!(c.operator, [None; 3]);
     }
 
     #[test]
@@ -103,10 +112,9 @@ mod tests {
         let c = compose(&skeleton(), &fields(&[0, 1, 2]), &options).unwrap();
         assert_eq!(
             c.operator,
-            [Operator::Union, Operator::Blend, Operator::Bulge]
+            [None, Some(Operator::Blend), Some(Operator::Bulge)]
         );
-        assert_eq!(c.opening[1], curve);
-        assert_eq!(c.opening[2], OpeningCurve::finger());
+        assert_eq!(c.opening, [None, Some(curve), None]);
         assert_eq!(c.magnitude, 0.5);
     }
 

@@ -1,33 +1,71 @@
 //! Volumes of a rig's operators, kept in its cache where they take long.
 
+use std::sync::OnceLock;
+
 use super::{
     Rig,
     cache::{self, Entry, Key},
 };
-use crate::compose::{EDGE, Operator, Volume, volume};
+use crate::{
+    Result,
+    compose::{Operator, Profile, Volume, profile_volume, volume},
+};
+
+/// The contact's volume, which all rigs share.
+static CONTACT: OnceLock<Volume> = OnceLock::new();
 
 impl Rig {
-    /// An operator's volume, with this rig's magnitude.
+    /// An operator's volume in implicit skinning, with this rig's magnitude.
     ///
     /// A bulge takes ten times as long to sample as to read, so that it is kept in the rig's cache, where there is one,
     /// and sampled anew where the file there cannot be trusted; one that cannot be written is left.
     pub fn volume(&self, operator: Operator) -> Volume {
         let magnitude = self.composition.magnitude;
-        let (Some(dir), Operator::Bulge) = (&self.cache, operator) else {
+        if operator != Operator::Bulge {
             return volume(operator, magnitude);
-        };
-        let key = Key::builder("bulge").pods(&[magnitude]).finish();
-        if let Entry::Found(bytes) = cache::load(dir, &key)
-            && bytes.len() == EDGE * EDGE * EDGE * 8
-        {
-            return Volume {
-                texels: bytemuck::pod_collect_to_vec(&bytes),
-            };
         }
-        let made = volume(operator, magnitude);
+        let key = Key::builder("bulge").pods(&[magnitude]).finish();
+        self.kept(&key, || Ok(volume(operator, magnitude)))
+            .unwrap_or_else(|_: crate::Error| unreachable!("sampling a bulge does not fail"))
+    }
+
+    /// An operator's volume in tracking, by its profile: contact where it is neither a bulge nor the user's profile.
+    ///
+    /// # Errors
+    /// [`Error::Argument`](crate::Error::Argument) with subject `magnitude` or `profile` where the operator cannot be made.
+    pub fn tracking_volume(&self, operator: Operator) -> Result<Volume> {
+        let composition = &self.composition;
+        let profile = match (operator, &composition.profile) {
+            (Operator::Bulge, _) => Profile::bulge(composition.magnitude)?,
+            (Operator::Profile, Some(profile)) => profile.clone(),
+            _ => {
+                if let Some(made) = CONTACT.get() {
+                    return Ok(made.clone());
+                }
+                let key = Key::builder("contact").finish();
+                let made = self.kept(&key, || profile_volume(&Profile::contact()))?;
+                return Ok(CONTACT.get_or_init(|| made).clone());
+            }
+        };
+        let text = serde_json::to_string(&profile).unwrap_or_default();
+        let key = Key::builder("profile").text(&text).finish();
+        self.kept(&key, || profile_volume(&profile))
+    }
+
+    /// A volume from the rig's cache, or made and put there.
+    fn kept(&self, key: &Key, make: impl FnOnce() -> Result<Volume>) -> Result<Volume> {
+        let Some(dir) = &self.cache else {
+            return make();
+        };
+        if let Entry::Found(bytes) = cache::load(dir, key)
+            && let Ok(kept) = Volume::from_bytes(&bytes)
+        {
+            return Ok(kept);
+        }
+        let made = make()?;
         // The preparation has said whether the folder can be written.
-        let _ = cache::store(dir, &key, made.bytes());
-        made
+        let _ = cache::store(dir, key, made.bytes());
+        Ok(made)
     }
 }
 

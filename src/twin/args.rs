@@ -55,12 +55,27 @@ pub enum Slot<'a> {
 pub struct Args<'a> {
     slots: Vec<Slot<'a>>,
     constants: &'a [u8],
+    variant: u32,
 }
 
 impl<'a> Args<'a> {
     /// Arguments with one slot a binding.
     pub fn new(slots: Vec<Slot<'a>>, constants: &'a [u8]) -> Self {
-        Self { slots, constants }
+        Self {
+            slots,
+            constants,
+            variant: 0,
+        }
+    }
+
+    /// The same with specialization constant 0.
+    pub fn with_variant(self, variant: u32) -> Self {
+        Self { variant, ..self }
+    }
+
+    /// Specialization constant 0.
+    pub fn variant(&self) -> u32 {
+        self.variant
     }
 
     /// The push constants.

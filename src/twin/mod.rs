@@ -1,11 +1,13 @@
 //! One file a GPU pass, same name: the same computation on the CPU, plain and obvious. Together they are the CPU device.
 
+pub mod advance;
 pub mod ceiling_copy;
 pub mod ceiling_fetch;
 pub mod ceiling_replay;
 pub mod compact;
 pub mod diffuse;
 pub mod field_grid;
+pub mod goals;
 pub mod index;
 pub mod mark;
 pub mod measure;
@@ -14,11 +16,14 @@ pub mod normals;
 pub mod project;
 pub mod relax;
 pub mod scatter;
+pub mod settle;
 pub mod shared;
 pub mod skin_dqs;
 pub mod skin_lbs;
+pub mod slide;
 pub mod smooth;
 pub mod touch;
+pub mod track;
 
 mod args;
 

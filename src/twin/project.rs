@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Args,
-    shared::{field::Composite, list, rotation::rotate, set},
+    shared::{field::Composite, list, newton::shorten, rotation::rotate, set},
 };
 use crate::{
     layout::{Vertex, state},
@@ -144,9 +144,4 @@ fn march(
     m.status = now | evaluations.min(255) << 8 | fetches.min(0x7fff) << 16;
     m.status |= if strayed { state::STRAYED } else { 0 };
     m
-}
-
-fn shorten(d: Vec3, limit: f32) -> Vec3 {
-    let l = d.length();
-    if l > limit { d * (limit / l) } else { d }
 }

@@ -1,14 +1,18 @@
 //! Twin of `shaders/shared/boxes.glsl`, `around.glsl` and `field.glsl`: boxes, the fields around a point, the composed field and its gradient.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::{
-    layout::{CELLS, FieldPose, FieldsHead, NO_MOTION, OPENING_ROWS, unpack},
+    layout::{CELLS, FieldPose, FieldsHead, NO_MOTION, OPENING_ROWS, composition, unpack},
     twin::{Args, Image, cast},
 };
 
 const NULL_GRADIENT: f32 = 1e-6;
 const UNION: u32 = 0;
+/// Lesser fields leave others as they are.
+const FAINT: f32 = 1e-5;
+/// Number of the contact operator.
+const CONTACT: u32 = 1;
 
 /// The first four bindings of a composed field: where its fields are.
 #[derive(Clone, Copy)]
@@ -84,6 +88,7 @@ pub struct Composite<'a> {
     atlas: &'a Image,
     operators: &'a Image,
     opening: &'a [f32],
+    composition: u32,
 }
 
 impl<'a> Composite<'a> {
@@ -94,6 +99,7 @@ impl<'a> Composite<'a> {
             atlas: args.image(first + 4),
             operators: args.image(first + 5),
             opening: args.read(first + 6),
+            composition: args.variant(),
         }
     }
 
@@ -109,6 +115,15 @@ impl<'a> Composite<'a> {
 
     /// f and its gradient at `x` in model space; counts texture fetches.
     pub fn evaluate(&self, x: Vec3, fetches: &mut u32) -> (f32, Vec3) {
+        let f = if self.composition >= composition::CONTACTS {
+            self.fold(x, fetches)
+        } else {
+            self.greatest(x, fetches)
+        };
+        (f.x, gradient(f))
+    }
+
+    fn greatest(&self, x: Vec3, fetches: &mut u32) -> Vec4 {
         let mut best = Vec4::ZERO;
         for i in self.boxes.near(x) {
             let s = self.at_joint(i, x, fetches);
@@ -116,7 +131,52 @@ impl<'a> Composite<'a> {
                 best = s;
             }
         }
-        (best.x, Vec3::new(best.y, best.z, best.w))
+        best
+    }
+
+    /// The walk over the leaves; a leaf's group goes into the total when the next group begins.
+    fn fold(&self, x: Vec3, fetches: &mut u32) -> Vec4 {
+        let (mut total, mut group) = (Vec4::ZERO, Vec4::ZERO);
+        let (mut of, mut depth) = (0xff, 0);
+        for i in self.boxes.near(x) {
+            if self.boxes.place(i, x).is_none() {
+                continue;
+            }
+            let s = self.sample(i, x, fetches);
+            let link = self.boxes.fields[i].link;
+            let [own, against, kind, curve] = link.to_le_bytes().map(u32::from);
+            if self.composition == composition::CONTACTS {
+                total = self.meet(CONTACT, against, total, s, fetches);
+            } else if own == of {
+                group = self.meet(kind, curve, group, s, fetches);
+            } else {
+                total = self.meet(CONTACT, depth, total, group, fetches);
+                (group, of, depth) = (s, own, against);
+            }
+        }
+        if self.composition == composition::CONTACTS {
+            total
+        } else {
+            self.meet(CONTACT, depth, total, group, fetches)
+        }
+    }
+
+    /// Contact of two samples to a depth that a controller gives.
+    fn meet(&self, kind: u32, curve: u32, a: Vec4, b: Vec4, fetches: &mut u32) -> Vec4 {
+        let (ga, gb) = (gradient(a), gradient(b));
+        let lengths = (ga.length_squared() * gb.length_squared()).sqrt();
+        let defined = lengths > NULL_GRADIENT * NULL_GRADIENT;
+        let cosine = if defined { ga.dot(gb) / lengths } else { 1.0 };
+        let inside = (10.0 * (0.9 - a.x.min(b.x))).clamp(0.0, 1.0);
+        let depth = inside * self.on_curve(curve, cosine);
+        let g = self.operate(kind, a.x, b.x, depth, fetches);
+        if b.x < FAINT {
+            a
+        } else if a.x < FAINT {
+            b
+        } else {
+            (g[1] * ga + g[2] * gb).extend(g[0]).wxyz()
+        }
     }
 
     /// Field `i`, combined with its parent where their joint has an operator other than the union.
@@ -149,28 +209,37 @@ impl<'a> Composite<'a> {
     }
 
     fn combine(&self, kind: u32, curve: u32, a: Vec4, b: Vec4, fetches: &mut u32) -> Vec4 {
-        let (ga, gb) = (Vec3::new(a.y, a.z, a.w), Vec3::new(b.y, b.z, b.w));
+        let (ga, gb) = (gradient(a), gradient(b));
         let (la, lb) = (ga.length(), gb.length());
         if la.min(lb) < NULL_GRADIENT {
             return if a.x >= b.x { a } else { b };
         }
-        let angle = self.tan_opening(curve, ga.dot(gb) / (la * lb));
-        let at = Vec3::new(a.x, b.x, angle).clamp(Vec3::ZERO, Vec3::ONE) * 127.0 + 0.5;
+        let angle = self.on_curve(curve, ga.dot(gb) / (la * lb));
+        let g = self.operate(kind, a.x, b.x, angle, fetches);
+        (g[1] * ga + g[2] * gb).extend(g[0]).wxyz()
+    }
+
+    /// Operator number `kind` at two values and a third coordinate.
+    fn operate(&self, kind: u32, a: f32, b: f32, third: f32, fetches: &mut u32) -> [f32; 4] {
+        let at = Vec3::new(a, b, third).clamp(Vec3::ZERO, Vec3::ONE) * 127.0 + 0.5;
         let z = at.z + 128.0 * (kind - 1) as f32;
         let size = self.operators.extent.map(|e| e as f32);
         *fetches += 1;
-        let g = self
-            .operators
-            .sample([at.x / size[0], at.y / size[1], z / size[2]]);
-        let gradient = g[1] * ga + g[2] * gb;
-        Vec4::new(g[0], gradient.x, gradient.y, gradient.z)
+        let place = [at.x / size[0], at.y / size[1], z / size[2]];
+        self.operators.sample(place)
     }
 
-    fn tan_opening(&self, curve: u32, cosine: f32) -> f32 {
+    /// A curve's table at the cosine of an angle between two gradients.
+    fn on_curve(&self, curve: u32, cosine: f32) -> f32 {
         let at = (cosine * 0.5 + 0.5).clamp(0.0, 1.0) * (OPENING_ROWS - 1) as f32;
         let row = (at as usize).min(OPENING_ROWS - 2);
         let base = curve as usize * OPENING_ROWS + row;
         let t = at - row as f32;
         self.opening[base] * (1.0 - t) + self.opening[base + 1] * t
     }
+}
+
+/// ∇f of a sample (f, ∇f).
+fn gradient(sample: Vec4) -> Vec3 {
+    sample.yzw()
 }

@@ -2,5 +2,8 @@
 
 pub mod field;
 pub mod list;
+pub mod motion;
+pub mod newton;
+pub mod relaxation;
 pub mod rotation;
 pub mod set;

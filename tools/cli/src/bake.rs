@@ -99,7 +99,7 @@ struct FrameReport {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    let method = args.method.method()?;
+    let method = args.method.method();
     let format = choose_format(args)?;
     // Made before the work, so that an unwritable place is found at once.
     let output = Output::create(args, format)?;

@@ -6,7 +6,7 @@ use dermis::{
     Error, Result,
     deformer::Device,
     gpu::{Gpu, Profile},
-    rig::{Pose, Skeleton},
+    rig::{Joint, Pose, Random, Skeleton},
 };
 use glam::{Mat4, Vec3};
 
@@ -15,6 +15,7 @@ use crate::{
     bench_run::{Length, Run},
     console::{self, Console},
     options::{DeviceOptions, MethodName, PoseOptions, ReportOptions, RigOptions},
+    parse,
     poses::{Fallback, Frames},
     session::{Character, Session, check_validation, open_device},
 };
@@ -35,6 +36,7 @@ Examples:
   dermis bench human-male.glb                        all joints move, as in the clip
   dermis bench human-male.glb --random 60            random poses, up to 45° a joint
   dermis bench hand.glb --one-joint index2           one joint moves
+  dermis bench human-male.glb --method tracking --step 0.05
   dermis bench arm.glb --json - | jq '.frame.gpu_ms'
   dermis bench arm.glb --compare-profiling           what timestamps cost")]
 pub(crate) struct Args {
@@ -50,6 +52,9 @@ pub(crate) struct Args {
     /// Swing this joint alone by up to 45° (or --degrees) and leave the others at rest.
     #[arg(long, value_name = "NAME", group = "source")]
     one_joint: Option<String>,
+    /// Swing all joints at once by up to 20° (or --degrees), each about an axis of its own, by this many radians a frame.
+    #[arg(long, value_name = "X", group = "source", value_parser = parse::positive)]
+    step: Option<f32>,
     /// Also play each frame without timestamps, in turn, and say what they cost.
     #[arg(long)]
     compare_profiling: bool,
@@ -68,7 +73,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    let method = args.method.method()?;
+    let method = args.method.method();
     if args.compare_profiling && args.device.device == crate::parse::DeviceChoice::Cpu {
         let reason = "the cpu device has no timestamps to compare";
         return Err(Error::argument("--compare-profiling", reason));
@@ -105,6 +110,12 @@ fn choose_poses(
         let poses = swing(&character.skeleton, name, degrees, count)?;
         return Ok((format!("joint {name} alone ±{degrees}°"), poses));
     }
+    if let Some(step) = args.step {
+        let degrees = args.poses.degrees.unwrap_or(20.0);
+        let poses = sway(&character.skeleton, step, degrees, args.poses.seed)?;
+        let source = format!("all joints ±{degrees}°, {step} rad a frame");
+        return Ok((source, poses));
+    }
     let fallback = Fallback::Random(count);
     let frames = Frames::choose(&args.poses, character, fallback, degrees, console)?;
     let poses = frames.frames.into_iter().map(|f| f.pose).collect();
@@ -122,6 +133,30 @@ fn swing(skeleton: &Skeleton, name: &str, degrees: f32, count: u32) -> Result<Ve
         Pose::from_local(skeleton, &local)
     };
     (0..count).map(pose).collect()
+}
+
+/// One period in which all joints but the roots swing between ±`degrees` at an even speed, each about a random axis.
+fn sway(skeleton: &Skeleton, step: f32, degrees: f32, seed: u64) -> Result<Vec<Pose>> {
+    let quarter = (degrees.to_radians() / step).ceil().max(1.0) as i32;
+    let mut random = Random::new(seed);
+    let axes: Vec<Vec3> = skeleton.joints.iter().map(|_| random.direction()).collect();
+    let pose = |k: i32| {
+        let height = if k < quarter {
+            k
+        } else if k < 3 * quarter {
+            2 * quarter - k
+        } else {
+            k - 4 * quarter
+        };
+        let angle = degrees.to_radians() * height as f32 / quarter as f32;
+        let joints = skeleton.joints.iter().zip(&axes);
+        let turn = |(joint, axis): (&Joint, &Vec3)| match joint.parent {
+            Some(_) => Mat4::from_axis_angle(*axis, angle),
+            None => Mat4::IDENTITY,
+        };
+        Pose::from_local(skeleton, &joints.map(turn).collect::<Vec<_>>())
+    };
+    (0..4 * quarter).map(pose).collect()
 }
 
 /// A device of its own for the ceiling: the memory budget is for the character.
@@ -147,7 +182,6 @@ fn ceiling_device(args: &Args, device: &Device) -> Result<Option<Gpu>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use dermis::rig::Joint;
 
     fn chain() -> Skeleton {
         let joint = |name: &str, parent: Option<usize>, x: f32| {
@@ -183,6 +217,21 @@ mod tests {
         // The joint itself stays where it is.
         let origin = quarter.matrices[1].transform_point3(Vec3::X);
         assert!(origin.distance(Vec3::X) < 1e-6);
+    }
+
+    #[test]
+    fn all_joints_sway_by_even_steps() {
+        let poses = sway(&chain(), 0.1, 20.0, 1).unwrap();
+        assert_eq!(poses.len(), 16);
+        let turned = |a: &Pose, b: &Pose| {
+            let change = a.matrices[1].inverse() * b.matrices[1];
+            change.to_scale_rotation_translation().1.to_axis_angle().1
+        };
+        let next = poses.iter().cycle().skip(1);
+        for (a, b) in poses.iter().zip(next) {
+            assert!((turned(a, b) - 20f32.to_radians() / 4.0).abs() < 1e-3);
+        }
+        assert_eq!(poses[0].matrices, Pose::rest(&chain()).matrices);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use dermis::{
     Result,
-    deformer::{Deformer, Device},
+    deformer::{Deformer, Device, Method},
     frame::{CeilingMeter, LEAST_PLACES, ReplayMeter, StampMeter},
     gpu::{Gpu, Profile},
     report::{Ceiling, MemoryReport},
@@ -107,8 +107,9 @@ impl Run {
     /// Plays `poses` again and again.
     pub(crate) fn measure(mut self, poses: &[Pose], length: Length) -> Result<Measured> {
         let mut samples = Samples::default();
+        let mut course = Course::new(poses, self.deformer.settings().method);
         for i in 0..length.warm_up.max(1) {
-            samples.play(&mut self.deformer, &poses[i % poses.len()])?;
+            samples.play(&mut self.deformer, course.pose(i))?;
         }
         if let Some(meters) = &mut self.meters {
             meters.follow(&mut self.deformer)?;
@@ -120,23 +121,23 @@ impl Run {
         let (mut ceilings, mut plain_ns) = (Vec::new(), Vec::new());
         let mut excess_ns = Vec::new();
         for round in 0..frames.div_ceil(turns) {
-            let pose = |turn: usize| &poses[(round * stride + turn) % poses.len()];
+            let first = round * stride;
             if let Some(meters) = &mut self.meters {
                 let (ceiling, excess) = meters.measure()?;
                 ceilings.push(ceiling);
                 excess_ns.push(excess);
                 // The meters leave the caches cold.
-                self.plain(pose(0))?;
+                self.plain(course.pose(first))?;
             }
             for turn in 0..turns {
                 // The two take turns in going first, so that neither always finds warm caches.
                 let plain_first = (round + turn) % 2 == 1;
                 if self.compare && plain_first {
-                    plain_ns.push(self.plain(pose(turn))?);
+                    plain_ns.push(self.plain(course.pose(first + turn))?);
                 }
-                samples.play(&mut self.deformer, pose(turn))?;
+                samples.play(&mut self.deformer, course.pose(first + turn))?;
                 if self.compare && !plain_first {
-                    plain_ns.push(self.plain(pose(turn))?);
+                    plain_ns.push(self.plain(course.pose(first + turn))?);
                 }
             }
         }
@@ -160,6 +161,29 @@ impl Run {
         let played = play(&mut self.deformer, pose);
         profile(Profile::Sampled);
         played
+    }
+}
+
+/// The poses in the order in which they are played.
+struct Course<'a> {
+    poses: &'a [Pose],
+    /// Frames so far, for a method whose frames follow from each other: these are played one after the other.
+    played: Option<usize>,
+}
+
+impl<'a> Course<'a> {
+    fn new(poses: &'a [Pose], method: Method) -> Self {
+        let played = (method == Method::Tracking).then_some(0);
+        Self { poses, played }
+    }
+
+    /// The pose of this row, or the next one.
+    fn pose(&mut self, row: usize) -> &'a Pose {
+        let row = match &mut self.played {
+            Some(played) => std::mem::replace(played, *played + 1),
+            None => row,
+        };
+        &self.poses[row % self.poses.len()]
     }
 }
 

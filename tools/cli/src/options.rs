@@ -4,7 +4,6 @@ use std::{ops::Range, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use dermis::{
-    Error, Result,
     compose::{OpeningCurve, Operator},
     deformer::Method,
 };
@@ -31,8 +30,9 @@ pub(crate) struct DeviceOptions {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Preparation")]
 pub(crate) struct RigOptions {
-    /// Operator between a joint's part and its parent's part (repeatable); union where none is given.
-    #[arg(long, value_name = "NAME=union|blend|bulge", value_parser = parse::joint)]
+    /// Operator between a joint's part and its parent's part (repeatable): union, blend or bulge in implicit skinning, where
+    /// union is the default; contact, union, bulge or profile in tracking, where contact is.
+    #[arg(long, value_name = "NAME=union|blend|bulge|contact|profile", value_parser = parse::joint)]
     pub(crate) joint: Vec<(String, Operator)>,
     /// Opening curve of a joint's operator (repeatable): a preset, or three points cosine:opening with rising cosines
     /// and openings between 0 (full operator) and 1 (union).
@@ -58,24 +58,18 @@ pub(crate) enum MethodName {
     Dqs,
     /// Implicit skinning (2013): contact and volume at the joints
     Implicit,
-    /// Iso-surface tracking (2014), not in this version
+    /// Iso-surface tracking (2014): contact and elasticity, from pose to pose
     Tracking,
 }
 
 impl MethodName {
     /// The library's method.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for the method that this version lacks.
-    pub(crate) fn method(self) -> Result<Method> {
+    pub(crate) fn method(self) -> Method {
         match self {
-            Self::Lbs => Ok(Method::Lbs),
-            Self::Dqs => Ok(Method::Dqs),
-            Self::Implicit => Ok(Method::Implicit),
-            Self::Tracking => Err(Error::argument(
-                "--method tracking",
-                "this version has no iso-surface tracking; use lbs, dqs or implicit",
-            )),
+            Self::Lbs => Method::Lbs,
+            Self::Dqs => Method::Dqs,
+            Self::Implicit => Method::Implicit,
+            Self::Tracking => Method::Tracking,
         }
     }
 

@@ -73,22 +73,19 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     size.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 640x480".into())
 }
 
-/// `NAME=union|blend|bulge`.
+/// `NAME=union|blend|bulge|contact|profile`.
 pub(crate) fn joint(text: &str) -> Result<(String, Operator), String> {
-    let (name, operator) = assignment(text, "union, blend or bulge")?;
-    let operator = match operator {
-        "union" => Operator::Union,
-        "blend" => Operator::Blend,
-        "bulge" => Operator::Bulge,
-        "contact" => {
-            return Err("contact belongs to the tracking method, which this version lacks: use union, blend or bulge".into());
-        }
-        other => {
-            return Err(format!(
-                "unknown operator {other:?}: use union, blend or bulge"
-            ));
-        }
-    };
+    const NAMES: &str = "union, blend, bulge, contact or profile";
+    let (name, operator) = assignment(text, NAMES)?;
+    let all = [
+        Operator::Union,
+        Operator::Blend,
+        Operator::Bulge,
+        Operator::Contact,
+        Operator::Profile,
+    ];
+    let known = all.into_iter().find(|o| o.name() == operator);
+    let operator = known.ok_or_else(|| format!("unknown operator {operator:?}: use {NAMES}"))?;
     Ok((name.into(), operator))
 }
 
@@ -175,9 +172,10 @@ mod tests {
     }
 
     #[test]
-    fn joints_name_an_operator_and_contact_is_explained() {
+    fn joints_name_an_operator() {
         assert_eq!(joint("a=b=blend"), Ok(("a=b".into(), Operator::Blend)));
-        assert!(joint("elbow=contact").unwrap_err().contains("tracking"));
+        assert_eq!(joint("a=contact"), Ok(("a".into(), Operator::Contact)));
+        assert!(joint("elbow=glue").unwrap_err().contains("contact"));
         assert!(joint("elbow").is_err() && joint("=blend").is_err() && joint("elbow=").is_err());
     }
 

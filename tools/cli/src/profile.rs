@@ -57,7 +57,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let start = Instant::now();
     let console = Console::new(&args.report);
-    let method = args.method.method()?;
+    let method = args.method.method();
     let output = Partial::file(&args.output)?;
     let character = Character::load(&args.file)?;
     let frames = Frames::choose(

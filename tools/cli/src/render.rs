@@ -118,7 +118,7 @@ struct Shot<'a> {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    let methods = methods(args)?;
+    let methods = methods(args);
     // Made before the work, so that an unwritable place is found at once.
     let mut gallery = Gallery::open(&args.output, args.force)?;
     let character = Character::load(&args.file)?;
@@ -148,12 +148,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     console::json(&args.report, &report)
 }
 
-fn methods(args: &Args) -> Result<Vec<(MethodName, Method)>> {
+fn methods(args: &Args) -> Vec<(MethodName, Method)> {
     let names = match args.compare.as_slice() {
         [] => std::slice::from_ref(&args.method),
         names => names,
     };
-    names.iter().map(|&n| n.method().map(|m| (n, m))).collect()
+    names.iter().map(|&n| (n, n.method())).collect()
 }
 
 /// The pictures to take: of every frame that the user asked for, or of one frame from every side.

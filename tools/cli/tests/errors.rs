@@ -93,9 +93,17 @@ fn clips_and_frames_that_do_not_exist_are_named() {
 }
 
 #[test]
-fn tracking_is_refused_by_name() {
-    let error = refused_bake(&["--method", "tracking"]);
-    assert!(error.contains("tracking"), "{error}");
+fn operators_of_another_method_are_refused_by_joint() {
+    let error = refused_bake(&["--method", "tracking", "--joint", "lower=blend"]);
+    assert!(
+        error.contains("lower") && error.contains("implicit"),
+        "{error}"
+    );
+    let error = refused_bake(&["--joint", "lower=contact"]);
+    assert!(
+        error.contains("lower") && error.contains("tracking"),
+        "{error}"
+    );
 }
 
 #[test]

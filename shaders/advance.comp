@@ -1,0 +1,64 @@
+// Begins a step of tracking: every vertex goes on with the change of its part's joint (2014, section 5, stage 1). Wakes those
+// around which anything else changes than their place, and those that had not come to rest.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 16
+#include "shared/around.glsl"
+#include "shared/set.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform samplerBuffer tracked; // w: movement in its last iteration
+layout(set = 0, binding = 1) uniform samplerBuffer tracked_before; // one iteration ago
+layout(set = 0, binding = 2) uniform samplerBuffer tracked_slopes; // gradients of its last evaluation
+layout(set = 0, binding = 3) uniform samplerBuffer geometric;
+layout(set = 0, binding = 4) uniform samplerBuffer vertices;
+layout(set = 0, binding = 5) uniform samplerBuffer bodies;
+layout(set = 0, binding = 6) uniform usamplerBuffer influence_joints;
+layout(set = 0, binding = 7) uniform usamplerBuffer influence_weights;
+layout(set = 0, binding = 8) uniform samplerBuffer palette;
+layout(set = 0, binding = 9, std430) writeonly buffer TrackA { vec4 track_a[]; };
+layout(set = 0, binding = 10, std430) writeonly buffer TrackB { vec4 track_b[]; };
+layout(set = 0, binding = 11, std430) writeonly buffer TrackC { vec4 track_c[]; };
+layout(set = 0, binding = 12, std430) writeonly buffer SlopesA { vec4 slopes_a[]; };
+layout(set = 0, binding = 13, std430) writeonly buffer SlopesB { vec4 slopes_b[]; };
+layout(set = 0, binding = 14, std430) buffer Around { uint around[]; }; // fields that moved with the vertex, or 0
+layout(set = 0, binding = 15, std430) buffer LiveSet { uint live_set[]; };
+layout(push_constant) uniform Constants {
+    uint vertices; // welded
+    uint width; // influences a vertex
+    float stillness; // movement that counts as rest, over the part's radius
+} constants;
+
+#include "shared/motion.glsl"
+
+// A point (w = 1) or a direction (w = 0) carried by three rows of a matrix.
+vec3 carry(uint texel, vec4 x) {
+    return vec3(dot(fetch(palette, texel), x), dot(fetch(palette, texel + 1u), x), dot(fetch(palette, texel + 2u), x));
+}
+
+void main() {
+    uint v = gl_GlobalInvocationID.x;
+    if (v >= constants.vertices) {
+        return;
+    }
+    vec4 body = fetch(bodies, v), before = fetch(tracked, v);
+    uint joint = uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS;
+    // Without freedom a vertex keeps no history: its joint carries it from its place at rest.
+    bool free = body.z > 0.0, follows = body.w >= 0.0;
+    vec3 carried = carry(free ? joint + CHANGE : joint, vec4(free ? before.xyz : fetch(vertices, 2u * v).xyz, 1.0));
+    vec3 x = follows ? carried : fetch(geometric, v).xyz;
+    uint count = fields_moving_as(motion_of(v, constants.width), x);
+    bool asleep = count != 0u && count == around[v] && before.w <= constants.stillness;
+    around[v] = count;
+    vec4 at = vec4(x, before.w);
+    track_a[v] = at;
+    track_b[v] = at;
+    track_c[v] = vec4(carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0)), 0.0);
+    vec4 slope = vec4(carry(joint + CHANGE, vec4(fetch(tracked_slopes, v).xyz, 0.0)), 0.0);
+    slopes_a[v] = slope;
+    slopes_b[v] = slope;
+    if (follows && !asleep) {
+        uint seed = uint(body.w);
+        ENTER(live_set, seed);
+    }
+}

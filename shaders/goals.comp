@@ -1,0 +1,35 @@
+// The constant part of the Jacobi iteration on the relaxation energy (2014, Eq. 3), over the sum of weights:
+// Σ w (R_i + R_j)/2 (p_i − p_j) / Σ w over the one-ring, R the rotations of the blended dual quaternions, p at rest.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/rotation.glsl"
+#include "shared/texels.glsl"
+#include "shared/types.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer ring_offsets;
+layout(set = 0, binding = 1) uniform usamplerBuffer rings;
+layout(set = 0, binding = 2) uniform usamplerBuffer ring_weights; // over their sum
+layout(set = 0, binding = 3) uniform samplerBuffer vertices;
+layout(set = 0, binding = 4) uniform samplerBuffer rotations;
+layout(set = 0, binding = 5) uniform samplerBuffer field_poses;
+layout(set = 0, binding = 6, std430) writeonly buffer Goals { vec4 goals[]; };
+layout(push_constant) uniform Constants {
+    uint vertices; // welded
+} constants;
+
+void main() {
+    uint v = gl_GlobalInvocationID.x;
+    if (v >= constants.vertices) {
+        return;
+    }
+    vec3 p = fetch(vertices, 2u * v).xyz, goal = vec3(0.0);
+    vec4 turn = fetch(rotations, v);
+    uint end = word(ring_offsets, v + 1u);
+    for (uint k = word(ring_offsets, v); k < end; k++) {
+        uint j = word(rings, k);
+        vec3 edge = p - fetch(vertices, 2u * j).xyz;
+        goal += 0.5 * number(ring_weights, k) * (rotate(turn, edge) + rotate(fetch(rotations, j), edge));
+    }
+    goals[v] = vec4(fetch(field_poses, 2u).w * goal, 0.0);
+}

@@ -1,0 +1,24 @@
+// A Jacobi step on the relaxation energy (2014, Eq. 3) within the tangent plane (Eq. 4), extrapolated by the second-order
+// semi-iteration. The including shader declares ring_offsets, rings, ring_weights, goals, starts and befores before.
+#ifndef DERMIS_RELAXATION
+#define DERMIS_RELAXATION
+
+const float SLIDE = 0.3; // longest Jacobi step over the radius
+const float LEAP = 0.1; // longest extrapolation and Newton step
+
+// Where vertex v slides from its start, beside a normal that is 0 where there is no tangent plane.
+vec3 relaxed(uint v, vec3 normal, float freedom, float omega, float radius) {
+    vec3 x = fetch(starts, v).xyz, slide = fetch(goals, v).xyz - x;
+    uint end = word(ring_offsets, v + 1u);
+    for (uint k = word(ring_offsets, v); k < end; k++) {
+        slide += number(ring_weights, k) * fetch(starts, word(rings, k)).xyz;
+    }
+    freedom = normal == vec3(0.0) ? 0.0 : freedom;
+    slide -= normal * dot(normal, slide);
+    vec3 y = x + freedom * shorten(slide, SLIDE * radius);
+    vec3 leap = (omega - 1.0) * (y - fetch(befores, v).xyz);
+    leap -= normal * dot(normal, leap);
+    return y + freedom * shorten(leap, LEAP * radius);
+}
+
+#endif

@@ -1,0 +1,62 @@
+// One iteration of tracking (2014, section 5.2): a relaxation step within the tangent plane, then a damped Newton step towards
+// the iso-value.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 12
+#include "shared/field.glsl"
+#include "shared/newton.glsl"
+#include "shared/set.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
+layout(set = 0, binding = 2) uniform usamplerBuffer ring_offsets;
+layout(set = 0, binding = 3) uniform usamplerBuffer rings;
+layout(set = 0, binding = 4) uniform usamplerBuffer ring_weights; // over their sum
+layout(set = 0, binding = 5) uniform samplerBuffer bodies; // iso-value, radius, freedom, rank of the seed or -1
+layout(set = 0, binding = 6) uniform samplerBuffer goals;
+layout(set = 0, binding = 7) uniform samplerBuffer starts;
+layout(set = 0, binding = 8) uniform samplerBuffer befores; // one iteration ago
+layout(set = 0, binding = 9) uniform samplerBuffer slopes; // gradients of the last iteration; 0 where there was none
+layout(set = 0, binding = 10, std430) writeonly buffer Tracks { vec4 tracks[]; }; // w: movement over the radius
+layout(set = 0, binding = 11, std430) writeonly buffer Gradients { vec4 gradients[]; }; // w: field
+layout(set = 0, binding = 19, std430) buffer LiveSet { uint live_set[]; };
+layout(push_constant) uniform Constants {
+    uint dispatch; // row of the list's head
+    uint enter; // 1: those that still move enter the set for the next list, with their neighbours
+    float omega; // of the semi-iteration, 1 for none of it
+    float sigma; // share of the Newton step
+    float stillness; // movement that counts as rest, over the radius
+} constants;
+
+#include "shared/relaxation.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
+        return;
+    }
+    uint v = word(list, gl_GlobalInvocationID.x);
+    vec4 body = fetch(bodies, v);
+    float radius = body.y * fields.box_scale.w;
+    vec3 x = fetch(starts, v).xyz, slope = fetch(slopes, v).xyz;
+    vec3 normal = slope / max(length(slope), 1e-20);
+    vec3 y = relaxed(v, normal, body.z, constants.omega, radius);
+
+    vec4 sampled = evaluate(y);
+    vec3 to = y + newton(body.x, sampled, constants.sigma, radius, LEAP);
+    float moved = length(to - x) / radius;
+    tracks[v] = vec4(to, moved);
+    gradients[v] = vec4(sampled.yzw, sampled.x);
+    if (constants.enter != 0u && moved > constants.stillness) {
+        uint seed = uint(body.w);
+        ENTER(live_set, seed);
+        uint end = word(ring_offsets, v + 1u);
+        for (uint k = word(ring_offsets, v); k < end; k++) {
+            float rank = fetch(bodies, word(rings, k)).w;
+            if (rank >= 0.0) {
+                uint near = uint(rank);
+                ENTER(live_set, near);
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! A frame of implicit skinning (2013).
+
+use super::{Resource, Settings, Sizes, Step, steps::*};
+use crate::pass;
+
+pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+    let mut steps = vec![
+        Step::Clear(Resource::Status),
+        Step::Clear(Resource::ContactSet),
+        Step::Clear(Resource::RegionSet),
+        Step::Clear(Resource::BetaA),
+        Step::Clear(Resource::BetaB),
+        Step::Copy(Resource::SeedDispatches, Resource::Dispatches),
+        skin_welded(sizes),
+        Step::Copy(Resource::Geometric, Resource::Positions),
+    ];
+    steps.extend(index(sizes));
+    march(&mut steps, sizes, settings);
+    smooth_contacts(&mut steps, sizes, settings);
+    steps.push(normals(sizes));
+    steps.push(scatter(sizes));
+    steps
+}
+
+/// Rounds of projection of the vertices that move against a field, compaction of the live vertices and relaxation (section 5).
+fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
+    let lists = [Resource::LiveA, Resource::LiveB];
+    let mut from = Resource::LiveB;
+    steps.push(Step::Clear(Resource::LiveSet));
+    steps.push(moved(sizes));
+    steps.push(compact(sizes, Resource::LiveSet, from, 1));
+    for round in 0..settings.rounds {
+        let start = if round == 0 {
+            Resource::Geometric
+        } else {
+            Resource::Relaxed
+        };
+        let last = round + 1 == settings.rounds;
+        let fresh = if round == 0 { pass::project::FRESH } else { 0 };
+        let limit = if last { pass::project::LAST } else { 0 };
+        let count = if last {
+            settings.settling_steps
+        } else {
+            settings.steps
+        };
+        if !last {
+            steps.push(Step::Clear(Resource::LiveSet));
+        }
+        let projection = project(settings, from, round + 1, start, count, fresh | limit);
+        steps.push(composed(projection, sizes));
+        if !last {
+            let to = lists[round as usize % 2];
+            steps.push(compact(sizes, Resource::LiveSet, to, round + 2));
+            steps.push(relax(to, round + 2));
+            from = to;
+        }
+    }
+}
+
+/// Contacts near the discontinuity, smoothed, and back onto the iso-values.
+fn smooth_contacts(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
+    let (contacts, region) = (settings.rounds + 1, settings.rounds + 2);
+    let list = Resource::RegionList;
+    steps.push(compact(
+        sizes,
+        Resource::ContactSet,
+        Resource::ContactList,
+        contacts,
+    ));
+    steps.push(composed(touch(settings, contacts), sizes));
+    smooth_region(steps, sizes, settings, [contacts, region]);
+    let flags = pass::project::FRESH | pass::project::LAST | pass::project::HOLD;
+    let start = Resource::Relaxed;
+    let projection = project(
+        settings,
+        list,
+        region,
+        start,
+        settings.settling_steps,
+        flags,
+    );
+    steps.push(composed(projection, sizes));
+}

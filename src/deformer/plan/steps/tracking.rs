@@ -1,0 +1,150 @@
+//! The steps that only tracking has.
+
+use super::{composed, dispatch, with_field};
+use crate::{
+    deformer::plan::{Extent, Pass, Resource, Settings, Sizes, Step},
+    pass, twin,
+};
+
+/// One iteration of tracking.
+pub(in crate::deformer::plan) struct Iteration {
+    pub(in crate::deformer::plan) list: Resource,
+    pub(in crate::deformer::plan) head: u32,
+    pub(in crate::deformer::plan) starts: Resource,
+    pub(in crate::deformer::plan) befores: Resource,
+    pub(in crate::deformer::plan) tracks: Resource,
+    /// Gradients of the last evaluation, and of this one.
+    pub(in crate::deformer::plan) slopes: [Resource; 2],
+    pub(in crate::deformer::plan) omega: f32,
+    /// Those that still move enter [`Resource::LiveSet`].
+    pub(in crate::deformer::plan) enter: bool,
+}
+
+pub(in crate::deformer::plan) fn track(sizes: &Sizes, settings: &Settings, i: &Iteration) -> Step {
+    let constants = pass::track::Constants {
+        dispatch: i.head,
+        enter: i.enter.into(),
+        omega: i.omega,
+        sigma: settings.sigma,
+        stillness: settings.stillness,
+    };
+    let front = with_field(&[
+        i.list,
+        Resource::Dispatches,
+        Resource::RingOffsets,
+        Resource::Rings,
+        Resource::RingWeights,
+        Resource::Bodies,
+        Resource::Goals,
+        i.starts,
+        i.befores,
+        i.slopes[0],
+        i.tracks,
+        i.slopes[1],
+    ]);
+    let bind = [&front[..], &[Resource::LiveSet]].concat();
+    let extent = Extent::Indirect(i.head);
+    composed(dispatch(pass!(track), &bind, &constants, extent), sizes)
+}
+
+/// An iteration without its Newton step.
+pub(in crate::deformer::plan) fn slide(i: &Iteration) -> Step {
+    let constants = pass::slide::Constants {
+        dispatch: i.head,
+        omega: i.omega,
+    };
+    let bind = [
+        i.list,
+        Resource::Dispatches,
+        Resource::RingOffsets,
+        Resource::Rings,
+        Resource::RingWeights,
+        Resource::Bodies,
+        Resource::Goals,
+        i.starts,
+        i.befores,
+        i.slopes[0],
+        Resource::Fields,
+        i.tracks,
+    ];
+    dispatch(pass!(slide), &bind, &constants, Extent::Indirect(i.head))
+}
+
+pub(in crate::deformer::plan) fn advance(sizes: &Sizes, settings: &Settings) -> Step {
+    let constants = pass::advance::Constants {
+        vertices: sizes.vertices,
+        width: sizes.width,
+        stillness: settings.stillness,
+    };
+    let bind = [
+        Resource::Tracked,
+        Resource::TrackedBefore,
+        Resource::TrackedSlopes,
+        Resource::Geometric,
+        Resource::Vertices,
+        Resource::Bodies,
+        Resource::InfluenceJoints,
+        Resource::InfluenceWeights,
+        Resource::Palette,
+        Resource::TrackA,
+        Resource::TrackB,
+        Resource::TrackC,
+        Resource::SlopesA,
+        Resource::SlopesB,
+        Resource::Around,
+        Resource::LiveSet,
+        Resource::Fields,
+        Resource::Fields,
+        Resource::Fields,
+        Resource::Index,
+    ];
+    let extent = Extent::Items(sizes.vertices);
+    dispatch(pass!(advance), &bind, &constants, extent)
+}
+
+pub(in crate::deformer::plan) fn goals(sizes: &Sizes) -> Step {
+    let constants = pass::goals::Constants {
+        vertices: sizes.vertices,
+    };
+    let bind = [
+        Resource::RingOffsets,
+        Resource::Rings,
+        Resource::RingWeights,
+        Resource::Vertices,
+        Resource::Rotations,
+        Resource::Fields,
+        Resource::Goals,
+    ];
+    let extent = Extent::Items(sizes.vertices);
+    dispatch(pass!(goals), &bind, &constants, extent)
+}
+
+/// Settles a list from `starts`; `hold` keeps contacts where they are.
+pub(in crate::deformer::plan) fn settle(
+    sizes: &Sizes,
+    settings: &Settings,
+    (list, head): (Resource, u32),
+    starts: Resource,
+    hold: bool,
+) -> Step {
+    let constants = pass::settle::Constants {
+        dispatch: head,
+        steps: settings.settling_steps,
+        hold: hold.into(),
+        sigma: settings.sigma,
+        tolerance: settings.tolerance,
+        cos_contact: settings.contact_degrees.to_radians().cos(),
+    };
+    let bind = with_field(&[
+        list,
+        Resource::Dispatches,
+        starts,
+        Resource::Bodies,
+        Resource::SeedRanks,
+        Resource::Positions,
+        Resource::Status,
+        Resource::ContactSet,
+    ]);
+    let extent = Extent::Indirect(head);
+    composed(dispatch(pass!(settle), &bind, &constants, extent), sizes)
+}

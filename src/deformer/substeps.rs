@@ -1,0 +1,137 @@
+//! Virtual sub-steps of tracking (2014, section 5.2): poses between two poses, so that no joint turns too far at once.
+
+use glam::Mat4;
+
+use super::{Settings, plan::ROUND};
+use crate::{
+    Result,
+    rig::{Pose, Skeleton},
+};
+
+/// Poses on the way from one pose to another, the last being that other.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Substeps {
+    pub(super) poses: Vec<Pose>,
+    /// Rounds of iterations of each.
+    pub(super) rounds: u32,
+    /// More would have been needed than a frame may have.
+    pub(super) capped: bool,
+}
+
+/// The sub-steps between two validated poses.
+pub(super) fn substeps(
+    skeleton: &Skeleton,
+    settings: &Settings,
+    from: &Pose,
+    to: &Pose,
+) -> Result<Substeps> {
+    let turns: Vec<Turn> = (0..skeleton.joints.len())
+        .filter_map(|j| Turn::of(skeleton, from, to, j))
+        .collect();
+    let needed = turns.iter().map(|t| t.substeps(settings)).fold(1, u32::max);
+    let count = needed.min(settings.max_substeps);
+    let pose = |k: u32| Pose::interpolate(skeleton, from, to, k as f32 / count as f32);
+    let turned = turns.iter().map(|t| t.degrees).fold(0.0, f32::max);
+    Ok(Substeps {
+        poses: (1..=count).map(pose).collect::<Result<_>>()?,
+        rounds: rounds(settings, turned / count as f32),
+        capped: needed > count,
+    })
+}
+
+/// Rounds of a sub-step in which no joint turns further than `degrees`.
+fn rounds(settings: &Settings, degrees: f32) -> u32 {
+    let share = (degrees / settings.full_turn_degrees).min(1.0);
+    let iterations = (share * settings.iterations as f32).ceil() as u32;
+    iterations.max(settings.least_iterations).div_ceil(ROUND)
+}
+
+/// What a joint does between two poses, in degrees. The rotation of a root bends nothing.
+struct Turn {
+    degrees: f32,
+    /// Bend at the end.
+    bend: f32,
+}
+
+impl Turn {
+    fn of(skeleton: &Skeleton, from: &Pose, to: &Pose, j: usize) -> Option<Self> {
+        let parent = skeleton.joints[j].parent?;
+        let local = |pose: &Pose| pose.matrices[parent].inverse() * pose.matrices[j];
+        let (before, after) = (local(from), local(to));
+        Some(Self {
+            degrees: degrees(&(after * before.inverse())),
+            bend: degrees(&after),
+        })
+    }
+
+    /// A joint may turn by a third of its bend, and never by more than a given angle.
+    fn substeps(&self, settings: &Settings) -> u32 {
+        let bend = self.bend.max(settings.least_bend_degrees);
+        let most = (bend / 3.0).min(settings.substep_degrees);
+        (self.degrees / most - 1e-3).ceil().max(1.0) as u32
+    }
+}
+
+/// Angle of the rotation of a matrix.
+fn degrees(m: &Mat4) -> f32 {
+    let (_, rotation, _) = m.to_scale_rotation_translation();
+    // The arc cosine of w is blind to small angles.
+    let half = rotation.xyz().length().atan2(rotation.w.abs());
+    (2.0 * half).to_degrees()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::rig::skeleton::tests::skeleton;
+
+    fn bent(degrees: [f32; 4]) -> Pose {
+        let turn = |d: f32| Mat4::from_rotation_x(d.to_radians());
+        Pose::from_local(&skeleton(), &degrees.map(turn)).unwrap()
+    }
+
+    fn count(from: [f32; 4], to: [f32; 4]) -> (usize, bool) {
+        let s = skeleton();
+        let made = substeps(&s, &Settings::default(), &bent(from), &bent(to)).unwrap();
+        assert_eq!(made.poses.last(), Some(&bent(to)));
+        (made.poses.len(), made.capped)
+    }
+
+    #[test]
+    fn small_turns_take_one_step_and_large_ones_a_third_of_their_bend() {
+        assert_eq!(count([0.0; 4], [0.0; 4]), (1, false));
+        assert_eq!(count([0.0; 4], [0.0, 10.0, 0.0, 0.0]), (1, false));
+        assert_eq!(count([0.0; 4], [0.0, 30.0, 0.0, 0.0]), (3, false));
+        assert_eq!(count([0.0; 4], [0.0, 150.0, 0.0, 0.0]), (10, false));
+        // Back at rest a bend is none, and its least counts.
+        assert_eq!(count([0.0, 150.0, 0.0, 0.0], [0.0; 4]), (15, false));
+    }
+
+    #[test]
+    fn small_turns_take_fewer_iterations() {
+        let settings = Settings::default();
+        let at = |degrees| rounds(&settings, degrees) * ROUND;
+        assert_eq!([at(0.0), at(3.0), at(6.0), at(15.0)], [12, 18, 36, 36]);
+    }
+
+    #[test]
+    fn a_root_turns_at_once_and_a_cap_is_told() {
+        assert_eq!(count([0.0; 4], [170.0, 0.0, 0.0, 0.0]), (1, false));
+        let settings = Settings {
+            max_substeps: 4,
+            ..Settings::default()
+        };
+        let (rest, far) = (bent([0.0; 4]), bent([0.0, 150.0, 0.0, 0.0]));
+        let made = substeps(&skeleton(), &settings, &rest, &far).unwrap();
+        assert!(made.capped && made.poses.len() == 4);
+    }
+
+    #[test]
+    fn angles_are_those_of_the_rotation_whatever_the_scale() {
+        for angle in [0.0f32, 1e-3, 1.0, 3.1] {
+            let m = Mat4::from_rotation_y(angle) * Mat4::from_scale(glam::Vec3::splat(0.3));
+            assert!((degrees(&m) - angle.to_degrees()).abs() < 1e-2, "{angle}");
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! State of a tracked skin: what the next frame goes on from.
+
+use glam::Vec3;
+
+use super::{Deformer, Method, Resource, plan, substeps::substeps};
+use crate::{
+    Error, Result,
+    layout::Dispatch,
+    report::Iterations,
+    rig::{Pose, Rig},
+};
+
+/// What a tracked skin goes on from: a pose and the vertices that follow it.
+///
+/// Belongs to the rig and the settings of the deformer that saved it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackedState {
+    pose: Pose,
+    /// Welded vertices in model space; w: movement in the last iteration, over the radius.
+    tracked: Vec<[f32; 4]>,
+    /// The same one iteration ago.
+    before: Vec<[f32; 4]>,
+    /// Gradients of the last evaluation.
+    slopes: Vec<[f32; 4]>,
+    /// Fields that moved with each vertex in the last sub-step.
+    around: Vec<u32>,
+}
+
+impl TrackedState {
+    /// The pose that the skin follows.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Positions of the welded vertices in model space, before they are smoothed at contacts.
+    pub fn positions(&self) -> impl Iterator<Item = Vec3> {
+        self.tracked.iter().map(|p| Vec3::from_slice(p))
+    }
+
+    fn rest(rig: &Rig) -> Self {
+        let positions = rig.mesh.positions.iter();
+        let tracked: Vec<[f32; 4]> = positions.map(|p| p.extend(0.0).to_array()).collect();
+        Self {
+            pose: Pose::rest(&rig.skeleton),
+            before: tracked.clone(),
+            // Without a slope the first evaluation comes before the first slide.
+            slopes: vec![[0.0; 4]; tracked.len()],
+            tracked,
+            around: vec![0; rig.mesh.positions.len()],
+        }
+    }
+
+    fn fits(&self, rig: &Rig) -> bool {
+        let vertices = rig.mesh.positions.len();
+        let fits = |rows: &Vec<[f32; 4]>| {
+            rows.len() == vertices && rows.iter().flatten().all(|x| x.is_finite())
+        };
+        let all = [&self.tracked, &self.before, &self.slopes];
+        all.into_iter().all(fits) && self.around.len() == vertices
+    }
+}
+
+/// What the façade keeps of tracking.
+#[derive(Debug, Default)]
+pub(super) struct Tracking {
+    /// The pose that the skin follows; none where the next one is reached from rest.
+    pose: Option<Pose>,
+    capped: bool,
+}
+
+impl Deformer {
+    /// Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts, and to make a frame
+    /// depend on its pose alone. Nothing else than tracking has such a state.
+    ///
+    /// # Errors
+    /// Vulkan errors.
+    pub fn reset(&mut self) -> Result<()> {
+        if self.settings.method == Method::Tracking {
+            let rest = TrackedState::rest(&self.rig);
+            self.put_state(&rest)?;
+            self.tracking.pose = None;
+        }
+        Ok(())
+    }
+
+    /// The state that the next frame goes on from; none for methods other than tracking. Waits for the last frame.
+    ///
+    /// # Errors
+    /// Vulkan errors.
+    pub fn save(&mut self) -> Result<Option<TrackedState>> {
+        if self.settings.method != Method::Tracking {
+            return Ok(None);
+        }
+        let rest = || Pose::rest(&self.rig.skeleton);
+        Ok(Some(TrackedState {
+            pose: self.tracking.pose.clone().unwrap_or_else(rest),
+            tracked: self.machine.read(Resource::Tracked)?,
+            before: self.machine.read(Resource::TrackedBefore)?,
+            slopes: self.machine.read(Resource::TrackedSlopes)?,
+            around: self.machine.read(Resource::Around)?,
+        }))
+    }
+
+    /// Goes on from a saved state.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with subject `state` where the method is not tracking or the state is another character's;
+    /// Vulkan errors.
+    pub fn restore(&mut self, state: &TrackedState) -> Result<()> {
+        if self.settings.method != Method::Tracking {
+            return Err(Error::argument("state", "only tracking has one"));
+        }
+        if !state.fits(&self.rig) || state.pose.validate(&self.rig.skeleton).is_err() {
+            return Err(Error::argument("state", "it is of another character"));
+        }
+        self.put_state(state)?;
+        self.tracking.pose = Some(state.pose.clone());
+        Ok(())
+    }
+
+    fn put_state(&mut self, state: &TrackedState) -> Result<()> {
+        self.machine.wait()?;
+        self.machine.write(Resource::Tracked, &state.tracked)?;
+        self.machine.write(Resource::TrackedBefore, &state.before)?;
+        self.machine.write(Resource::TrackedSlopes, &state.slopes)?;
+        self.machine.write(Resource::Around, &state.around)
+    }
+
+    /// Fills the upload with the sub-steps to a validated pose.
+    pub(super) fn upload_substeps(&mut self, pose: &Pose) -> Result<()> {
+        let skeleton = &self.rig.skeleton;
+        let start = match &self.tracking.pose {
+            Some(pose) => pose.clone(),
+            None => at_root(&self.rig, pose),
+        };
+        let steps = substeps(skeleton, &self.settings, &start, pose)?;
+        let layout = self.machine.layout();
+        self.upload.clear();
+        // At rest the tracked skin is not yet where the root carries it.
+        let rest = Pose::rest(skeleton);
+        let mut before = if self.tracking.pose.is_some() {
+            &start
+        } else {
+            &rest
+        };
+        for pose in &steps.poses {
+            self.upload.push(
+                &self.rig,
+                &self.statics,
+                &layout,
+                Some(before),
+                pose,
+                steps.rounds,
+            );
+            before = pose;
+        }
+        self.tracking = Tracking {
+            pose: Some(pose.clone()),
+            capped: steps.capped,
+        };
+        Ok(())
+    }
+
+    /// Iterations of the last tracked frame.
+    pub(super) fn tracking_iterations(&mut self) -> Result<Iterations> {
+        let history = self.machine.read::<Dispatch>(Resource::History)?;
+        let rounds: u32 = self.upload.rounds().iter().sum();
+        let heads = history.chunks_exact(plan::rows::COUNT as usize);
+        let live = heads
+            .take(rounds as usize)
+            .map(|heads| heads[plan::rows::LIVE as usize].count);
+        let run = live.clone().filter(|count| *count > 0).count() as u32;
+        let evaluations: u64 = live
+            .map(|count| u64::from(count * (plan::ROUND / plan::STRIDE)))
+            .sum();
+        let seeds = self.machine.read::<Dispatch>(Resource::SeedDispatches)?[0].count;
+        Ok(Iterations {
+            newton_mean: evaluations as f64 / f64::from(seeds.max(1)),
+            newton_max: run * (plan::ROUND / plan::STRIDE),
+            rounds: run,
+            jacobi: run * plan::ROUND,
+            substeps: self.upload.rounds().len() as u32,
+            capped: self.tracking.capped,
+            evaluations,
+            fetches: 0,
+        })
+    }
+}
+
+/// The rest pose with the roots where a pose has them.
+fn at_root(rig: &Rig, pose: &Pose) -> Pose {
+    let mut start = Pose::rest(&rig.skeleton);
+    for (j, joint) in rig.skeleton.joints.iter().enumerate() {
+        start.matrices[j] = match joint.parent {
+            Some(parent) => start.matrices[parent],
+            None => pose.matrices[j],
+        };
+    }
+    start
+}

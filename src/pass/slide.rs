@@ -1,0 +1,40 @@
+//! An iteration of tracking without its Newton step: relaxation alone (2014, section 5.2).
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::{Binding, Declaration};
+
+/// The pass as the frame sees it.
+pub const DECLARATION: Declaration = Declaration {
+    name: "slide",
+    spirv: include_bytes!(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/shaders/spirv/slide.spv"
+    )),
+    bindings: &[
+        Binding::words("list"),
+        Binding::words("dispatches"),
+        Binding::words("ring_offsets"),
+        Binding::words("rings"),
+        Binding::words("ring_weights"),
+        Binding::texels("bodies"),
+        Binding::texels("goals"),
+        Binding::texels("starts"),
+        Binding::texels("befores"),
+        Binding::texels("slopes"),
+        Binding::texels("field_poses"),
+        Binding::write("tracks"),
+    ],
+    constants: size_of::<Constants>() as u32,
+    local_size: [64, 1, 1],
+};
+
+/// Push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Constants {
+    /// Row of the list's head.
+    pub dispatch: u32,
+    /// ω of the semi-iteration, 1 for none of it.
+    pub omega: f32,
+}

@@ -1,0 +1,31 @@
+//! Twin of `shaders/goals.comp`.
+
+use glam::{Vec3, Vec4};
+
+use super::{
+    Args,
+    shared::{list, rotation::rotate},
+};
+use crate::{layout::Vertex, pass::goals::Constants};
+
+/// Sums the turned edges at rest of every vertex.
+pub fn run(args: &mut Args<'_>) {
+    let c: Constants = args.constants();
+    let offsets = args.read::<u32>(0);
+    let (rings, weights) = (args.read::<u32>(1), args.read::<f32>(2));
+    let vertices = args.read::<Vertex>(3);
+    let rotations = args.read::<[f32; 4]>(4);
+    let scale = args.read::<[f32; 4]>(5)[2][3];
+    let goals = args.write::<[f32; 4]>(6);
+    let rest = |v: usize| Vec3::from(vertices[v].position);
+    let turn = |v: usize, edge| rotate(Vec4::from_array(rotations[v]), edge);
+    for (v, to) in goals.iter_mut().enumerate().take(c.vertices as usize) {
+        let mut goal = Vec3::ZERO;
+        for k in list::range(offsets, v as u32) {
+            let j = rings[k] as usize;
+            let edge = rest(v) - rest(j);
+            goal += 0.5 * weights[k] * (turn(v, edge) + turn(j, edge));
+        }
+        *to = (scale * goal).extend(0.0).to_array();
+    }
+}
