@@ -53,7 +53,7 @@ fn usage_errors_end_with_2() {
         &["bake", "a.glb"],
         &["bake", "a.glb", "-o", "x", "--method", "magic"],
         &["bake", "a.glb", "-o", "x", "--frames", "5..2"],
-        &["bake", "a.glb", "-o", "x", "--joint", "elbow=contact"],
+        &["bake", "a.glb", "-o", "x", "--joint", "elbow=glue"],
         &["bake", "a.glb", "-o", "x", "--opening", "elbow=1:1,0:0,2:1"],
         &["bake", "a.glb", "-o", "x", "--fps", "nan"],
         &["bake", "a.glb", "-o", "x", "--budget", "much"],
