@@ -2,7 +2,7 @@
 // around which anything else changes than their place, and those that had not come to rest.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 16
+#define FIRST_FIELD_BINDING 17
 #include "shared/around.glsl"
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
@@ -16,13 +16,14 @@ layout(set = 0, binding = 5) uniform samplerBuffer bodies;
 layout(set = 0, binding = 6) uniform usamplerBuffer influence_joints;
 layout(set = 0, binding = 7) uniform usamplerBuffer influence_weights;
 layout(set = 0, binding = 8) uniform samplerBuffer palette;
-layout(set = 0, binding = 9, std430) writeonly buffer TrackA { vec4 track_a[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer TrackB { vec4 track_b[]; };
-layout(set = 0, binding = 11, std430) writeonly buffer TrackC { vec4 track_c[]; };
-layout(set = 0, binding = 12, std430) writeonly buffer SlopesA { vec4 slopes_a[]; };
-layout(set = 0, binding = 13, std430) writeonly buffer SlopesB { vec4 slopes_b[]; };
-layout(set = 0, binding = 14, std430) buffer Around { uint around[]; }; // fields that moved with the vertex, or 0
-layout(set = 0, binding = 15, std430) buffer LiveSet { uint live_set[]; };
+layout(set = 0, binding = 9) uniform samplerBuffer directions; // w: fields around the vertex at rest
+layout(set = 0, binding = 10, std430) writeonly buffer TrackA { vec4 track_a[]; };
+layout(set = 0, binding = 11, std430) writeonly buffer TrackB { vec4 track_b[]; };
+layout(set = 0, binding = 12, std430) writeonly buffer TrackC { vec4 track_c[]; };
+layout(set = 0, binding = 13, std430) writeonly buffer SlopesA { vec4 slopes_a[]; };
+layout(set = 0, binding = 14, std430) writeonly buffer SlopesB { vec4 slopes_b[]; };
+layout(set = 0, binding = 15, std430) buffer Around { uint around[]; }; // fields that moved with the vertex, or 0
+layout(set = 0, binding = 16, std430) buffer LiveSet { uint live_set[]; };
 layout(push_constant) uniform Constants {
     uint vertices; // welded
     uint width; // influences a vertex
@@ -41,23 +42,28 @@ void main() {
     if (v >= constants.vertices) {
         return;
     }
-    vec4 body = fetch(bodies, v), before = fetch(tracked, v);
+    vec4 body = fetch(bodies, v), state = fetch(tracked, v);
     uint joint = uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS;
     // Without freedom a vertex keeps no history: its joint carries it from its place at rest.
     bool free = body.z > 0.0, follows = body.w >= 0.0;
-    vec3 carried = carry(free ? joint + CHANGE : joint, vec4(free ? before.xyz : fetch(vertices, 2u * v).xyz, 1.0));
-    vec3 x = follows ? carried : fetch(geometric, v).xyz;
-    uint count = fields_moving_as(motion_of(v, constants.width), x);
-    bool asleep = count != 0u && count == around[v] && before.w <= constants.stillness;
+    vec3 carried = carry(free ? joint + CHANGE : joint, vec4(free ? state.xyz : fetch(vertices, 2u * v).xyz, 1.0));
+    vec3 home = fetch(geometric, v).xyz;
+    uvec2 motions = motions_of(v, constants.width);
+    // Where all around has moved as one since rest, the vertex is where its joints carry it, unless its neighbours draw it.
+    bool at_home = fields_moving_as(motions.y, FIRST_CELL, home) == uint(fetch(directions, v).w);
+    vec3 x = at_home || !follows ? home : carried;
+    uint count = fields_moving_as(motions.x, TILE, x);
+    bool still = count != 0u && count == around[v] && state.w <= constants.stillness;
+    vec3 before = x - carried + carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0));
+    vec3 slope = carry(joint + CHANGE, vec4(fetch(tracked_slopes, v).xyz, 0.0));
     around[v] = count;
-    vec4 at = vec4(x, before.w);
+    vec4 at = vec4(x, state.w);
     track_a[v] = at;
     track_b[v] = at;
-    track_c[v] = vec4(carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0)), 0.0);
-    vec4 slope = vec4(carry(joint + CHANGE, vec4(fetch(tracked_slopes, v).xyz, 0.0)), 0.0);
-    slopes_a[v] = slope;
-    slopes_b[v] = slope;
-    if (follows && !asleep) {
+    track_c[v] = vec4(before, 0.0);
+    slopes_a[v] = vec4(slope, 0.0);
+    slopes_b[v] = vec4(slope, 0.0);
+    if (follows && !at_home && !still) {
         uint seed = uint(body.w);
         ENTER(live_set, seed);
     }

@@ -1,5 +1,6 @@
-// The constant part of the Jacobi iteration on the relaxation energy (2014, Eq. 3), over the sum of weights:
-// Σ w (R_i + R_j)/2 (p_i − p_j) / Σ w over the one-ring, R the rotations of the blended dual quaternions, p at rest.
+// The constant part of the Jacobi iteration on the relaxation energy (2014, Eq. 3): Σ w (R_i + R_j)/2 (p_i − p_j) over the
+// one-ring, R the rotations of the blended dual quaternions, p at rest. What the weights lack of 1 ties the vertex to where
+// these carry it.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/rotation.glsl"
@@ -9,11 +10,12 @@ layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer ring_offsets;
 layout(set = 0, binding = 1) uniform usamplerBuffer rings;
-layout(set = 0, binding = 2) uniform usamplerBuffer ring_weights; // over their sum
+layout(set = 0, binding = 2) uniform usamplerBuffer ring_weights;
 layout(set = 0, binding = 3) uniform samplerBuffer vertices;
 layout(set = 0, binding = 4) uniform samplerBuffer rotations;
 layout(set = 0, binding = 5) uniform samplerBuffer field_poses;
-layout(set = 0, binding = 6, std430) writeonly buffer Goals { vec4 goals[]; };
+layout(set = 0, binding = 6) uniform samplerBuffer geometric;
+layout(set = 0, binding = 7, std430) writeonly buffer Goals { vec4 goals[]; };
 layout(push_constant) uniform Constants {
     uint vertices; // welded
 } constants;
@@ -24,12 +26,15 @@ void main() {
         return;
     }
     vec3 p = fetch(vertices, 2u * v).xyz, goal = vec3(0.0);
+    float tie = 1.0;
     vec4 turn = fetch(rotations, v);
     uint end = word(ring_offsets, v + 1u);
     for (uint k = word(ring_offsets, v); k < end; k++) {
         uint j = word(rings, k);
         vec3 edge = p - fetch(vertices, 2u * j).xyz;
-        goal += 0.5 * number(ring_weights, k) * (rotate(turn, edge) + rotate(fetch(rotations, j), edge));
+        float weight = number(ring_weights, k);
+        tie -= weight;
+        goal += 0.5 * weight * (rotate(turn, edge) + rotate(fetch(rotations, j), edge));
     }
-    goals[v] = vec4(fetch(field_poses, 2u).w * goal, 0.0);
+    goals[v] = vec4(fetch(field_poses, 2u).w * goal + tie * fetch(geometric, v).xyz, 0.0);
 }

@@ -33,7 +33,7 @@ void main() {
     uint v = word(list, gl_GlobalInvocationID.x);
     vec3 x = fetch(geometric, v).xyz;
     // A vertex to be projected has at least one field around it at rest.
-    if (fields_moving_as(motion_of(v, constants.width), x) == uint(fetch(directions, v).w)) {
+    if (fields_moving_as(motions_of(v, constants.width).y, FIRST_CELL, x) == uint(fetch(directions, v).w)) {
         position[v] = vec4(x, number(iso_values, v));
         status[v] = ON_ISO;
     } else {

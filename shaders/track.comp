@@ -12,7 +12,7 @@ layout(set = 0, binding = 0) uniform usamplerBuffer list;
 layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
 layout(set = 0, binding = 2) uniform usamplerBuffer ring_offsets;
 layout(set = 0, binding = 3) uniform usamplerBuffer rings;
-layout(set = 0, binding = 4) uniform usamplerBuffer ring_weights; // over their sum
+layout(set = 0, binding = 4) uniform usamplerBuffer ring_weights;
 layout(set = 0, binding = 5) uniform samplerBuffer bodies; // iso-value, radius, freedom, rank of the seed or -1
 layout(set = 0, binding = 6) uniform samplerBuffer goals;
 layout(set = 0, binding = 7) uniform samplerBuffer starts;

@@ -54,8 +54,9 @@ uint fields_around(vec3 x) {
     return around;
 }
 
-// The same where all of them have this motion; 0 where one has another.
-uint fields_moving_as(uint motion, vec3 x) {
+// The same where all of them have this motion, which stands in the top byte of their word `of`: TILE since the pose before,
+// FIRST_CELL since rest; 0 where one has another.
+uint fields_moving_as(uint motion, uint of, vec3 x) {
     uint pairs = cell_pairs(), pair = 0u, around = 0u;
     bool as_one = motion != NO_MOTION;
     do {
@@ -65,7 +66,7 @@ uint fields_moving_as(uint motion, vec3 x) {
             uint i = pair * 64u + take_bit(bits);
             bool held = any_left && holds(field_box(i), x);
             around += held ? 1u : 0u;
-            as_one = as_one && !(held && field_word(i, TILE) >> 24 != motion);
+            as_one = as_one && !(held && field_word(i, of) >> 24 != motion);
             bits = as_one ? bits : uvec2(0u);
         } while ((bits.x | bits.y) != 0u);
         pair++;

@@ -1,20 +1,24 @@
-// Number of the motion of a vertex. The including shader declares influence_joints, influence_weights and palette before.
+// Numbers of the motions of a vertex. The including shader declares influence_joints, influence_weights and palette before.
 #ifndef DERMIS_MOTION
 #define DERMIS_MOTION
 
-// The motion that all joints of a vertex have; NO_MOTION where they differ.
-uint motion_of(uint v, uint width) {
-    uint first = 0u, k = 0u;
-    bool as_one = true;
+// The motions that all joints of a vertex have, since the pose before and since rest; NO_MOTION where they differ.
+uvec2 motions_of(uint v, uint width) {
+    uvec2 first = uvec2(0u);
+    bvec2 as_one = bvec2(true);
+    uint k = 0u;
     do {
         uint at = v * width + k;
         uint joint = (word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu;
-        uint motion = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
-        first = k == 0u ? motion : first;
-        as_one = as_one && (motion == first || number(influence_weights, at) == 0.0);
+        uint both = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
+        uvec2 motions = uvec2(both % MOTIONS, both / MOTIONS);
+        bool counts = number(influence_weights, at) != 0.0;
+        first = k == 0u ? motions : first;
+        as_one.x = as_one.x && (motions.x == first.x || !counts);
+        as_one.y = as_one.y && (motions.y == first.y || !counts);
         k++;
     } while (k < width);
-    return as_one ? first : NO_MOTION;
+    return uvec2(as_one.x ? first.x : NO_MOTION, as_one.y ? first.y : NO_MOTION);
 }
 
 #endif

@@ -3,6 +3,9 @@
 #ifndef DERMIS_RELAXATION
 #define DERMIS_RELAXATION
 
+// Share of a Jacobi step. Whole steps have an eigenvalue of -1 on meshes whose edges make a checkerboard, which the
+// extrapolation lets grow.
+const float WEIGHT = 0.9;
 const float SLIDE = 0.3; // longest Jacobi step over the radius
 const float LEAP = 0.1; // longest extrapolation and Newton step
 
@@ -15,7 +18,7 @@ vec3 relaxed(uint v, vec3 normal, float freedom, float omega, float radius) {
     }
     freedom = normal == vec3(0.0) ? 0.0 : freedom;
     slide -= normal * dot(normal, slide);
-    vec3 y = x + freedom * shorten(slide, SLIDE * radius);
+    vec3 y = x + freedom * shorten(WEIGHT * slide, SLIDE * radius);
     vec3 leap = (omega - 1.0) * (y - fetch(befores, v).xyz);
     leap -= normal * dot(normal, leap);
     return y + freedom * shorten(leap, LEAP * radius);

@@ -6,7 +6,7 @@
 // normal, and joint row of its part.
 
 // A posed joint (JointPose) is ten texels: three rows of rest → model space; a dual quaternion, w the scalar part; the
-// symmetric stretch before it, xx xy xz and the number of the motion, yy yz zz, where w of joint 0 says that any joint is
+// symmetric stretch before it, xx xy xz and the numbers of its motions (MOTIONS), yy yz zz, where w of joint 0 says that any joint is
 // not rigid; three rows of the change since the pose before, model → model space.
 const uint JOINT_TEXELS = 10u;
 const uint REAL = 3u;
@@ -18,15 +18,17 @@ const uint CHANGE = 7u;
 // four words: tile in the atlas, link in the composition, first and last index cell of its box.
 const uint FIELD_HEAD = 3u;
 const uint FIELD_TEXELS = 4u;
-const uint TILE = 0u; // x | y << 8 | z << 16 | motion << 24
+const uint TILE = 0u; // x | y << 8 | z << 16 | motion since the pose before << 24
 // parent field | operator volume << 16 | opening << 24;
 // in tracking: group | controller against the groups before << 8 | operator volume in the group << 16 | its controller << 24
 const uint LINK = 1u;
-const uint FIRST_CELL = 2u; // x | y << 8 | z << 16
+const uint FIRST_CELL = 2u; // x | y << 8 | z << 16 | motion since rest << 24
 const uint LAST_CELL = 3u;
 
-// Joints and fields with the same number move as one; no field moves with those of NO_MOTION.
+// Joints and fields with the same number move as one; no field moves with those of NO_MOTION. A joint's two numbers are one:
+// that of its motion since the pose before, and MOTIONS times that since rest.
 const uint NO_MOTION = 255u;
+const uint MOTIONS = 256u;
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;

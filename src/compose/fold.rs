@@ -150,6 +150,6 @@ mod tests {
         let fold = Fold::new(&tips);
         assert_eq!(fold.leaves[2].controller, Controller::finger());
         assert_eq!(fold.leaves[2].group_controller, Controller::never());
-        assert_eq!(fold.leaves[4].group_controller, Controller::elbow());
+        assert_eq!(fold.leaves[4].group_controller, Controller::fold());
     }
 }

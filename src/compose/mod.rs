@@ -49,12 +49,12 @@ impl Operator {
         }
     }
 
-    /// The controller that the 2014 paper's figure 4 gives to this operator; a union never touches.
+    /// The controller of this operator in tracking; a union never touches.
     pub fn default_controller(self) -> Controller {
         match self {
             Self::Union => Controller::never(),
             Self::Bulge | Self::Profile => Controller::finger(),
-            _ => Controller::elbow(),
+            _ => Controller::fold(),
         }
     }
 

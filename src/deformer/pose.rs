@@ -20,8 +20,8 @@ pub(super) struct PoseUpload {
     fields: Vec<u8>,
     /// Rounds of each slice's sub-step.
     rounds: Vec<u32>,
-    /// Number of the motion of every joint in the last slice.
-    motions: Vec<u32>,
+    /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
+    motions: Vec<[u32; 2]>,
 }
 
 impl PoseUpload {
@@ -77,10 +77,12 @@ impl PoseUpload {
         let stretched = added.iter().any(is_stretched);
         added[0].stretch1[3] = f32::from(u8::from(stretched));
         self.motions.clear();
-        self.motions.extend(motions(rig, statics, changes));
+        let since_rest = motions(rig, statics, pose);
+        let both = motions(rig, statics, changes).zip(since_rest);
+        self.motions.extend(both.map(|(a, b)| [a, b]));
         let numbered = self.motions.iter().zip(&changes.matrices);
         for (joint, (motion, change)) in added.iter_mut().zip(numbered) {
-            joint.stretch0[3] = *motion as f32;
+            joint.set_motions(*motion);
             joint.change = rows(change);
         }
         self.fields
@@ -115,9 +117,9 @@ impl PoseUpload {
             let joint = rig.fields[row as usize].joint as usize;
             let field = FieldPose {
                 rows: rows(&to_model.inverse()),
-                tile: pack(layout.tile(row)) | self.motions[joint] << 24,
+                tile: pack(layout.tile(row)) | self.motions[joint][0] << 24,
                 link: statics.links[i],
-                first_cell: pack(cell(first).to_array()),
+                first_cell: pack(cell(first).to_array()) | self.motions[joint][1] << 24,
                 last_cell: pack(cell(last).to_array()),
             };
             let at = head + i * size_of::<FieldPose>();

@@ -68,6 +68,12 @@ pub struct Settings {
     pub full_turn_degrees: f32,
     /// Tracking: movement in an iteration that counts as rest, over the radius of the vertex's part.
     pub stillness: f32,
+    /// Tracking: share of a vertex's goal that is where its joints carry it, not where its neighbours draw it. The paper has
+    /// none; this little is not seen, and ends the slow drift of a skin as a whole.
+    pub tie: f32,
+    /// Tracking: the same for components with open borders and shells on a single part, which nothing holds on the surface
+    /// they lie on.
+    pub loose_tie: f32,
     /// Tracking: spectral radius of the Jacobi iteration that Chebyshev's semi-iteration assumes; 0 for plain Jacobi.
     pub spectral_radius: f32,
     /// Tracking: most degrees that a joint turns in a sub-step, at any bend; sharply bent joints get a third of their bend
@@ -95,6 +101,8 @@ impl Default for Settings {
             least_iterations: 12,
             full_turn_degrees: 6.0,
             stillness: 2e-5,
+            tie: 1e-4,
+            loose_tie: 0.03,
             spectral_radius: 0.9985,
             substep_degrees: 15.0,
             least_bend_degrees: 30.0,
@@ -137,6 +145,8 @@ impl Settings {
                 self.full_turn_degrees > 0.0 && self.full_turn_degrees <= 180.0,
             ),
             ("stillness", self.stillness >= 0.0 && self.stillness < 0.1),
+            ("tie", (0.0..=1.0).contains(&self.tie)),
+            ("loose tie", (0.0..=1.0).contains(&self.loose_tie)),
             (
                 "spectral radius",
                 (0.0..1.0).contains(&self.spectral_radius),

@@ -66,7 +66,7 @@ impl Statics {
         match settings.method {
             Method::Tracking => {
                 s.tracking_composition(rig)?;
-                s.ring_weights(rig);
+                s.ring_weights(rig, settings);
             }
             _ => s.composition(rig, settings.method)?,
         }
@@ -227,17 +227,25 @@ impl Statics {
         Ok(())
     }
 
-    /// Cotangent weights of the one-rings over their sums; none is negative, so that the Jacobi iteration converges.
-    fn ring_weights(&mut self, rig: &Rig) {
+    /// Cotangent weights of the one-rings, with sum 1 less the tie of a vertex; none is negative, so that the Jacobi
+    /// iteration converges.
+    fn ring_weights(&mut self, rig: &Rig, settings: &Settings) {
         let mut weights = cotangent(&rig.mesh);
-        for row in rig.mesh.one_ring.offsets.windows(2) {
+        let loose = loose_components(rig);
+        for (v, row) in rig.mesh.one_ring.offsets.windows(2).enumerate() {
             let row = &mut weights[row[0] as usize..row[1] as usize];
             for w in row.iter_mut() {
                 *w = w.clamp(LEAST_WEIGHT, MOST_WEIGHT);
             }
             let sum: f32 = row.iter().sum();
+            let loose = loose[rig.mesh.components[v] as usize];
+            let tie = if loose {
+                settings.loose_tie
+            } else {
+                settings.tie
+            };
             for w in row {
-                *w /= sum;
+                *w *= (1.0 - tie) / sum;
             }
         }
         self.put(Resource::RingWeights, &weights);
@@ -318,6 +326,20 @@ impl Statics {
             (CELLS * CELLS * CELLS * self.cell_words()) as usize,
         );
     }
+}
+
+/// Components that nothing holds on the surface they lie on: open ones, and shells on a single part.
+fn loose_components(rig: &Rig) -> Vec<bool> {
+    let mesh = &rig.mesh;
+    let count = mesh.components.iter().max().map_or(0, |c| *c as usize + 1);
+    let (mut open, mut part, mut several) =
+        (vec![false; count], vec![None; count], vec![false; count]);
+    for (v, &component) in mesh.components.iter().enumerate() {
+        let c = component as usize;
+        open[c] |= mesh.boundary[v];
+        several[c] |= *part[c].get_or_insert(rig.part[v]) != rig.part[v];
+    }
+    open.iter().zip(&several).map(|(o, s)| *o || !s).collect()
 }
 
 /// Bounds of a cotangent weight: a sliver must neither let its neighbours go nor drown them.

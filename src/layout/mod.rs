@@ -19,6 +19,9 @@ pub const NO_FIELD: u32 = 0xffff;
 /// Number of a motion that no field has. Joints and fields with the same number move as one.
 pub const NO_MOTION: u32 = 255;
 
+/// Numbers of motions, [`NO_MOTION`] among them.
+pub const MOTIONS: u32 = 256;
+
 /// "No seed": geometric skinning only.
 pub const NO_SEED: u32 = u32::MAX;
 
@@ -98,12 +101,25 @@ pub struct JointPose {
     pub real: [f32; 4],
     /// Dual part of the dual quaternion, xyzw.
     pub dual: [f32; 4],
-    /// Symmetric stretch: xx xy xz; number of the motion.
+    /// Symmetric stretch: xx xy xz; the numbers of its motions, as [`JointPose::set_motions`] joins them.
     pub stretch0: [f32; 4],
     /// Symmetric stretch: yy yz zz; w of joint 0: any joint is not rigid.
     pub stretch1: [f32; 4],
     /// Rows of the change since the pose before, model → model space.
     pub change: [[f32; 4]; 3],
+}
+
+impl JointPose {
+    /// Sets the numbers of its motions since the pose before and since rest, both at most [`NO_MOTION`].
+    pub fn set_motions(&mut self, [before, rest]: [u32; 2]) {
+        self.stretch0[3] = (before + MOTIONS * rest) as f32;
+    }
+
+    /// These numbers.
+    pub fn motions(&self) -> [u32; 2] {
+        let both = self.stretch0[3] as u32;
+        [both % MOTIONS, both / MOTIONS]
+    }
 }
 
 /// A posed field.
@@ -112,12 +128,12 @@ pub struct JointPose {
 pub struct FieldPose {
     /// Rows of model space → box coordinates.
     pub rows: [[f32; 4]; 3],
-    /// Its tile in the atlas: x | y << 8 | z << 16 | number of its motion << 24.
+    /// Its tile in the atlas: x | y << 8 | z << 16 | number of its motion since the pose before << 24.
     pub tile: u32,
     /// Parent field | operator volume (from 1, 0 for the union) << 16 | opening curve << 24; in tracking, group | controller
     /// against the groups before << 8 | operator volume in the group << 16 | its controller << 24.
     pub link: u32,
-    /// First index cell that its box may meet: x | y << 8 | z << 16.
+    /// First index cell that its box may meet: x | y << 8 | z << 16 | number of its motion since rest << 24.
     pub first_cell: u32,
     /// Last index cell that its box may meet.
     pub last_cell: u32,

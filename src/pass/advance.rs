@@ -21,6 +21,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::words("influence_joints"),
         Binding::words("influence_weights"),
         Binding::texels("palette"),
+        Binding::texels("directions"),
         Binding::write("track_a"),
         Binding::write("track_b"),
         Binding::write("track_c"),

@@ -18,6 +18,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("vertices"),
         Binding::texels("rotations"),
         Binding::texels("field_poses"),
+        Binding::texels("geometric"),
         Binding::write("goals"),
     ],
     constants: size_of::<Constants>() as u32,

@@ -16,7 +16,7 @@ pub fn run(args: &mut Args<'_>) {
     let c: Constants = args.constants();
     let tracked = args.read::<[f32; 4]>(0);
     let (tracked_before, tracked_slopes) = (args.read(1), args.read(2));
-    let geometric = args.read::<[f32; 4]>(3);
+    let geometric = args.read(3);
     let vertices = args.read::<Vertex>(4);
     let bodies = args.read::<[f32; 4]>(5);
     let palette = args.read::<JointPose>(8);
@@ -26,33 +26,37 @@ pub fn run(args: &mut Args<'_>) {
         palette,
         width: c.width,
     };
-    let [track_a, track_b, track_c] = [9, 10, 11].map(|i| args.write::<[f32; 4]>(i));
-    let [slopes_a, slopes_b] = [12, 13].map(|i| args.write::<[f32; 4]>(i));
-    let around = args.write::<u32>(14);
-    let live_set = args.write::<u32>(15);
-    let boxes = Boxes::new(args, 16);
+    let directions = args.read::<[f32; 4]>(9);
+    let [track_a, track_b, track_c] = [10, 11, 12].map(|i| args.write::<[f32; 4]>(i));
+    let [slopes_a, slopes_b] = [13, 14].map(|i| args.write::<[f32; 4]>(i));
+    let around = args.write::<u32>(15);
+    let live_set = args.write::<u32>(16);
+    let boxes = Boxes::new(args, 17);
     for v in 0..c.vertices as usize {
+        let row = v as u32;
         let [_, _, freedom, rank] = bodies[v];
         let joint = &palette[vertices[v].part as usize];
-        let x = if rank < 0.0 {
-            Vec3::from_slice(&geometric[v])
-        } else if freedom > 0.0 {
-            carry(&joint.change, at(tracked, v as u32).extend(1.0))
+        let moved = tracked[v][3];
+        let carried = if freedom > 0.0 {
+            carry(&joint.change, at(tracked, row).extend(1.0))
         } else {
             carry(&joint.rows, Vec3::from(vertices[v].position).extend(1.0))
         };
-        let moved = tracked[v][3];
-        let count = boxes.moving_as(motions.of(v), x);
-        let asleep = count != 0 && count == around[v] && moved <= c.stillness;
+        let home = at(geometric, row);
+        let [motion, since_rest] = motions.of(v);
+        let at_home = boxes.moved_as(since_rest, home) == directions[v][3] as u32;
+        let x = if at_home || rank < 0.0 { home } else { carried };
+        let count = boxes.moving_as(motion, x);
+        let still = count != 0 && count == around[v] && moved <= c.stillness;
+        let before = x - carried + carry(&joint.change, at(tracked_before, row).extend(1.0));
+        let slope = carry(&joint.change, at(tracked_slopes, row).extend(0.0));
         around[v] = count;
         track_a[v] = x.extend(moved).to_array();
         track_b[v] = track_a[v];
-        let before = carry(&joint.change, at(tracked_before, v as u32).extend(1.0));
         track_c[v] = before.extend(0.0).to_array();
-        let slope = carry(&joint.change, at(tracked_slopes, v as u32).extend(0.0));
         slopes_a[v] = slope.extend(0.0).to_array();
         slopes_b[v] = slopes_a[v];
-        if rank >= 0.0 && !asleep {
+        if rank >= 0.0 && !at_home && !still {
             set::enter(live_set, rank as u32);
         }
     }

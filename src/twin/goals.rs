@@ -16,16 +16,19 @@ pub fn run(args: &mut Args<'_>) {
     let vertices = args.read::<Vertex>(3);
     let rotations = args.read::<[f32; 4]>(4);
     let scale = args.read::<[f32; 4]>(5)[2][3];
-    let goals = args.write::<[f32; 4]>(6);
+    let geometric = args.read::<[f32; 4]>(6);
+    let goals = args.write::<[f32; 4]>(7);
     let rest = |v: usize| Vec3::from(vertices[v].position);
     let turn = |v: usize, edge| rotate(Vec4::from_array(rotations[v]), edge);
     for (v, to) in goals.iter_mut().enumerate().take(c.vertices as usize) {
-        let mut goal = Vec3::ZERO;
+        let (mut goal, mut tie) = (Vec3::ZERO, 1.0);
         for k in list::range(offsets, v as u32) {
             let j = rings[k] as usize;
             let edge = rest(v) - rest(j);
+            tie -= weights[k];
             goal += 0.5 * weights[k] * (turn(v, edge) + turn(j, edge));
         }
-        *to = (scale * goal).extend(0.0).to_array();
+        let tied = tie * Vec3::from_slice(&geometric[v]);
+        *to = (scale * goal + tied).extend(0.0).to_array();
     }
 }

@@ -30,7 +30,7 @@ pub fn run(args: &mut Args<'_>) {
         let v = seed as usize;
         let x = Vec3::from_slice(&geometric[v]);
         // A vertex to be projected has at least one field around it at rest.
-        if boxes.moving_as(motions.of(v), x) == direction[v][3] as u32 {
+        if boxes.moved_as(motions.of(v)[1], x) == direction[v][3] as u32 {
             position[v] = x.extend(iso[v]).to_array();
             status[v] = state::ON_ISO;
         } else {

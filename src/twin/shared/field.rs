@@ -34,16 +34,30 @@ impl<'a> Boxes<'a> {
         }
     }
 
+    /// Model units a rest unit.
+    pub fn scale(&self) -> f32 {
+        self.head.box_scale[3]
+    }
+
     /// Number of the fields whose boxes hold `x`.
     pub fn around(&self, x: Vec3) -> u32 {
         let held = self.near(x).filter(|i| self.place(*i, x).is_some());
         held.count() as u32
     }
 
-    /// The same where all of them have this motion; 0 where one has another.
+    /// The same where all of them have this motion since the pose before; 0 where one has another.
     pub fn moving_as(&self, motion: u32, x: Vec3) -> u32 {
+        self.all_of(motion, |field| field.tile, x)
+    }
+
+    /// The same for motions since rest.
+    pub fn moved_as(&self, motion: u32, x: Vec3) -> u32 {
+        self.all_of(motion, |field| field.first_cell, x)
+    }
+
+    fn all_of(&self, motion: u32, word: impl Fn(&FieldPose) -> u32, x: Vec3) -> u32 {
         let mut held = self.near(x).filter(|i| self.place(*i, x).is_some());
-        let as_one = held.all(|i| self.fields[i].tile >> 24 == motion);
+        let as_one = held.all(|i| word(&self.fields[i]) >> 24 == motion);
         if as_one && motion != NO_MOTION {
             self.around(x)
         } else {
@@ -105,7 +119,7 @@ impl<'a> Composite<'a> {
 
     /// Model units a rest unit.
     pub fn scale(&self) -> f32 {
-        self.boxes.head.box_scale[3]
+        self.boxes.scale()
     }
 
     /// Number of the fields whose boxes hold `x`.

@@ -19,14 +19,21 @@ pub struct Motions<'a> {
 }
 
 impl Motions<'_> {
-    /// Number of the motion that all joints of a vertex have; [`NO_MOTION`] where they differ.
-    pub fn of(&self, v: usize) -> u32 {
+    /// Numbers of the motions that all joints of a vertex have, since the pose before and since rest; [`NO_MOTION`] where
+    /// they differ.
+    pub fn of(&self, v: usize) -> [u32; 2] {
         let influences = v * self.width as usize..(v + 1) * self.width as usize;
-        let motion = |at: usize| self.palette[joint_at(self.joints, at)].stretch0[3] as u32;
-        let first = motion(influences.start);
-        let same = influences
-            .filter(|at| self.weights[*at] > 0.0)
-            .all(|at| motion(at) == first);
-        if same { first } else { NO_MOTION }
+        let both = |at: usize| self.palette[joint_at(self.joints, at)].motions();
+        let first = both(influences.start);
+        let counted = influences.filter(|at| self.weights[*at] != 0.0);
+        let mut motions = first;
+        for other in counted.map(both) {
+            for k in 0..2 {
+                if other[k] != first[k] {
+                    motions[k] = NO_MOTION;
+                }
+            }
+        }
+        motions
     }
 }

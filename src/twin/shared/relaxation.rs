@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::{list, newton::shorten};
 
+const WEIGHT: f32 = 0.9;
 const SLIDE: f32 = 0.3;
 /// Longest extrapolation and Newton step over the radius.
 pub const LEAP: f32 = 0.1;
@@ -45,7 +46,7 @@ impl Relaxation<'_> {
         for k in list::range(self.offsets, v) {
             goal += self.weights[k] * self.start(self.rings[k]);
         }
-        let y = x + freedom * shorten(tangent(goal - x), SLIDE * radius);
+        let y = x + freedom * shorten(WEIGHT * tangent(goal - x), SLIDE * radius);
         let leap = tangent((omega - 1.0) * (y - at(self.befores, v)));
         y + freedom * shorten(leap, LEAP * radius)
     }

@@ -86,6 +86,7 @@ pub(in crate::deformer::plan) fn advance(sizes: &Sizes, settings: &Settings) -> 
         Resource::InfluenceJoints,
         Resource::InfluenceWeights,
         Resource::Palette,
+        Resource::Directions,
         Resource::TrackA,
         Resource::TrackB,
         Resource::TrackC,
@@ -113,6 +114,7 @@ pub(in crate::deformer::plan) fn goals(sizes: &Sizes) -> Step {
         Resource::Vertices,
         Resource::Rotations,
         Resource::Fields,
+        Resource::Geometric,
         Resource::Goals,
     ];
     let extent = Extent::Items(sizes.vertices);
