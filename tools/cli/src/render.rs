@@ -31,7 +31,8 @@ use crate::{
 Without --time, --frames or --turntable the first frame is drawn. One picture goes to a PNG as it is; several go to a
 PNG as one labelled sheet, or to a folder as frame_0000.png … Back sides are magenta, so that inverted skin stands out.
 The character stands as in the file's scene, whatever the poses' source.
-Tracking goes on from frame to frame, the first of which it reaches from rest; random poses are all reached from rest.
+Tracking goes on from frame to frame, the first of which it reaches from rest; random poses are all reached from rest. A
+turntable of one frame deforms it once.
 
 Examples:
   dermis render CesiumMan.glb -o man.png --time 0.5
