@@ -21,6 +21,9 @@ pub struct Model {
     pub primitives: Vec<Primitive>,
     /// Weights a vertex: finite, positive, sum 1, greatest first; empty lists where the file gives none.
     pub influences: Vec<Vec<Influence>>,
+    /// How rigidly each vertex follows its joint in tracking, from 0 (free) to 1 (never relaxed), by the attribute `_RIGID`;
+    /// empty where no primitive has it.
+    pub rigid: Vec<f32>,
     /// Joints of all skins, parents before children.
     pub joints: Vec<Joint>,
     /// The node tree that clips animate, parents before children.

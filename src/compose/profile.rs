@@ -3,7 +3,7 @@
 //! A slice of the operator's volume has a *surface* curve, which runs from (0, 0.5) to (0.5, 0) and is the composite's skin, and
 //! a *contact* line, which begins on the surface and goes inward: the sheet where both parts meet.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::{f64::consts::FRAC_1_SQRT_2, path::Path};
 
 use crate::{Error, Result};
 
@@ -106,6 +106,21 @@ impl Profile {
             }
         }
         Ok(Self { form, levels })
+    }
+
+    /// Reads a profile from a JSON file.
+    ///
+    /// # Errors
+    /// [`Error::File`] where it cannot be read; [`Error::Asset`] with line and column where it is no such JSON, with the depth and
+    /// the point where [`Profile::new`] refuses it.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+        let raw: Raw = serde_json::from_slice(&bytes)
+            .map_err(|e| Error::asset(path, "JSON", e.to_string()))?;
+        Self::new(raw.form, raw.levels).map_err(|error| match error {
+            Error::Argument { argument, reason } => Error::asset(path, argument, reason),
+            other => other,
+        })
     }
 
     /// Contact g_dc (figure 5): the union's corner at (0.5, 0.5), and from it a contact line along f1 = f2 to 0.5 + d/√2.

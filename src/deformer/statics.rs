@@ -251,7 +251,7 @@ impl Statics {
         self.put(Resource::RingWeights, &weights);
     }
 
-    /// What tracking knows of every vertex: iso-value, radius, freedom to slide, rank of its seed or -1.
+    /// What tracking knows of every vertex: iso-value, radius, freedom to slide (none where it is rigid), rank of its seed or -1.
     pub(super) fn bodies(rig: &Rig, iso: &[f32], ranks: &[u32]) -> Vec<[f32; 4]> {
         let rank = |v: usize| {
             if ranks[v] == NO_SEED {
@@ -260,7 +260,10 @@ impl Statics {
                 ranks[v] as f32
             }
         };
-        let free = |v: usize| f32::from(u8::from(!rig.mesh.one_ring.row(v).is_empty()));
+        let free = |v: usize| match rig.mesh.one_ring.row(v) {
+            [] => 0.0,
+            _ => 1.0 - rig.rigid[v],
+        };
         let body = |v: usize| [iso[v], rig.radius[rig.part[v] as usize], free(v), rank(v)];
         (0..iso.len()).map(body).collect()
     }

@@ -12,6 +12,7 @@ mod pose_file;
 mod prepare;
 mod program;
 mod random;
+mod rigid;
 mod sheets;
 pub(crate) mod skeleton;
 mod subdivide;
@@ -112,6 +113,9 @@ pub struct Rig {
     pub neighbourhood: Csr,
     /// Vertices that follow geometric skinning only (thin sheets, small rigid shells).
     pub geometric: Vec<bool>,
+    /// How rigidly each welded vertex follows its part's joint in tracking, from 0 (free) to 1: carried from its place at rest,
+    /// projected, but never relaxed (2014, section 6.2 and figure 11).
+    pub rigid: Vec<f32>,
     /// Folder that keeps what takes long to make, where the user named one.
     pub cache: Option<PathBuf>,
     /// What was mended or left out, a sentence each.

@@ -13,6 +13,8 @@ pub struct Options {
     pub controllers: Vec<(String, Controller)>,
     /// What [`Operator::Profile`] is (tracking).
     pub profile: Option<Profile>,
+    /// Joints whose parts are rigid, besides what the file paints so (tracking).
+    pub rigid: Vec<String>,
     /// Magnitude of the bulge operator.
     pub magnitude: f32,
     /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
@@ -30,6 +32,7 @@ impl Default for Options {
             openings: Vec::new(),
             controllers: Vec::new(),
             profile: None,
+            rigid: Vec::new(),
             magnitude: 1.0,
             part: None,
             subdivide: 0,

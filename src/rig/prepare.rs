@@ -7,6 +7,7 @@ use super::{
     archive::Prepared,
     cache::{self, Entry, Key},
     program::compose,
+    rigid::{stiffen, welded_rigid},
     sheets::{rigid_shells, thin_sheets, warning},
     subdivide::subdivide,
     weights::{partition, welded_weights},
@@ -200,6 +201,8 @@ impl Base {
 
     fn assemble(self, p: Prepared, options: &Options, progress: Report) -> Result<Rig> {
         let composition = compose(&self.skeleton, &p.fields, options)?;
+        let mut rigid = welded_rigid(&self.model.rigid, &self.welded);
+        stiffen(&mut rigid, &p.part, &self.skeleton, &options.rigid)?;
         let total = 4;
         progress(Progress {
             stage: "neighbourhoods",
@@ -226,6 +229,7 @@ impl Base {
             fields: p.fields,
             composition,
             geometric: p.geometric,
+            rigid,
             cache: None,
             warnings,
         };
@@ -285,6 +289,12 @@ fn validate(model: &Model) -> Result<()> {
     }
     if model.normals.len() != rows || !matches!(model.influences.len(), n if n == rows || n == 0) {
         return refuse("positions, normals and influences differ in number".into());
+    }
+    if !matches!(model.rigid.len(), n if n == rows || n == 0) {
+        return refuse("positions and rigid differ in number".into());
+    }
+    if let Some(bad) = model.rigid.iter().position(|x| !(0.0..=1.0).contains(x)) {
+        return refuse(format!("rigid of vertex {bad} is not in 0 to 1"));
     }
     if let Some(bad) = model
         .triangles

@@ -88,6 +88,7 @@ fn check_shapes(rig: &Rig, model: &Model) {
     assert!(rig.rows.vertex.len() >= model.positions.len());
     assert_eq!(rig.part.len(), n);
     assert_eq!(rig.geometric.len(), n);
+    assert_eq!(rig.rigid.len(), n);
     assert_eq!(rig.neighbourhood.len(), n);
     assert_eq!(rig.mean_value.len(), rig.mesh.one_ring.items.len());
     assert_eq!(rig.weights.weights.len(), n * rig.weights.width);
@@ -179,13 +180,22 @@ fn a_cached_preparation_is_the_same_bit_for_bit_and_damage_is_mended() {
     let (second, computed) = cached(&options);
     assert!(!computed, "the cache was not used");
     same(&second, &plain);
-    // Operators do not touch what is cached; weights do.
+    // Operators and rigid regions do not touch what is cached; weights do.
     let blend = vec![("elbow".into(), Operator::Blend)];
+    let mut painted = model.clone();
+    painted.rigid = vec![0.5; painted.positions.len()];
+    let report = |p: Progress| assert_ne!(p.stage, "fields");
+    let soft = Rig::prepare_cached(dir.path(), &painted, &options, &report).unwrap();
+    assert!(soft.rigid.iter().all(|x| *x == 0.5) && plain.rigid.iter().all(|x| *x == 0.0));
     let (other, computed) = cached(&Options {
         joints: blend,
+        rigid: vec!["elbow".into()],
         ..options.clone()
     });
     assert!(!computed && other.composition.operator[1] == Some(Operator::Blend));
+    for (rigid, part) in other.rigid.iter().zip(&other.part) {
+        assert_eq!(*rigid, f32::from(u8::from(*part == 1)));
+    }
     assert!(
         cached(&Options {
             heat_weights: true,
@@ -238,6 +248,9 @@ fn inconsistent_models_and_options_are_refused() {
     assert!(refused(|m, _| m.triangles[3][1] = 1 << 30).contains("triangle 3"));
     assert!(refused(|m, _| m.triangles.clear()).contains("no triangles"));
     assert!(refused(|m, _| m.normals.truncate(3)).contains("differ in number"));
+    assert!(refused(|m, _| m.rigid = vec![0.0; 3]).contains("differ in number"));
+    assert!(refused(|m, _| m.rigid = vec![f32::NAN; m.positions.len()]).contains("vertex 0"));
+    assert!(refused(|_, o| o.rigid.push("knee".into())).contains("knee"));
     assert!(refused(|m, _| m.primitives.clear()).contains("primitives"));
     assert!(
         refused(|m, _| m.influences[2] = vec![Influence {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::rigid::welded_rigid;
 use crate::{
     Error, Result,
     asset::{Influence, Model},
@@ -11,9 +12,9 @@ use crate::{
 /// Most rows or triangles after subdivision.
 const LIMIT: usize = 1 << 28;
 
-/// Cuts every triangle into four at its edges' midpoints, `n` times; normals and influences are interpolated.
+/// Cuts every triangle into four at its edges' midpoints, `n` times; normals, influences and rigidity are interpolated.
 ///
-/// Rows that a seam duplicates are first given one position, so that they and their midpoints coincide bit for bit.
+/// Rows that a seam duplicates are first given one position and one rigidity, so that they and their midpoints coincide bit for bit.
 /// Rows stay grouped by primitive: a primitive's old rows, then its midpoints.
 ///
 /// # Errors
@@ -32,6 +33,10 @@ pub fn subdivide(model: &Model, n: u32) -> Result<Model> {
         for (row, &vertex) in welded.vertex.iter().enumerate() {
             fine.positions[row] = welded.mesh.positions[vertex as usize];
         }
+        if !fine.rigid.is_empty() {
+            let rigid = welded_rigid(&model.rigid, &welded);
+            fine.rigid = welded.vertex.iter().map(|v| rigid[*v as usize]).collect();
+        }
         fine.influences.resize(fine.positions.len(), Vec::new());
     }
     for _ in 0..n {
@@ -46,6 +51,7 @@ fn once(coarse: &Model) -> Model {
         normals: Vec::new(),
         triangles: Vec::new(),
         influences: Vec::new(),
+        rigid: Vec::new(),
         ..coarse.clone()
     };
     // Where a coarse row has gone.
@@ -57,6 +63,7 @@ fn once(coarse: &Model) -> Model {
             fine.positions.push(coarse.positions[row]);
             fine.normals.push(coarse.normals[row]);
             fine.influences.push(coarse.influences[row].clone());
+            fine.rigid.extend(coarse.rigid.get(row));
         }
         let mut midpoints = HashMap::new();
         let triangles = fine.triangles.len();
@@ -87,6 +94,9 @@ fn push_midpoint(fine: &mut Model, coarse: &Model, a: usize, b: usize) -> u32 {
         .push(sum.try_normalize().unwrap_or(coarse.normals[a]));
     fine.influences
         .push(mean(&coarse.influences[a], &coarse.influences[b]));
+    if let (Some(x), Some(y)) = (coarse.rigid.get(a), coarse.rigid.get(b)) {
+        fine.rigid.push((x + y) * 0.5);
+    }
     fine.positions.len() as u32 - 1
 }
 
@@ -173,6 +183,19 @@ mod tests {
             assert!(list.is_sorted_by(|a, b| a.weight >= b.weight));
         }
         assert!(fine.influences.iter().any(|l| l.len() == 3));
+    }
+
+    #[test]
+    fn rigidity_is_interpolated_and_one_on_both_sides_of_a_seam() {
+        let mut coarse = seamed();
+        assert!(subdivide(&coarse, 1).unwrap().rigid.is_empty());
+        // Rows 3 and 4 are one vertex, of which only the second primitive knows that it is rigid.
+        coarse.rigid = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        let fine = subdivide(&coarse, 2).unwrap();
+        assert_eq!(fine.rigid.len(), fine.positions.len());
+        for (p, rigid) in fine.positions.iter().zip(&fine.rigid) {
+            assert_eq!(p.z, *rigid);
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! [`container`] splits the file, [`schema`] sieves its JSON so that only what dermis reads is left, [`document`] turns
 //! that into the `gltf` crate's types and loads buffers, [`accessor`] reads arrays; [`graph`], [`skeleton`],
-//! [`geometry`], [`weights`] and [`clip`] build the model.
+//! [`geometry`], [`weights`], [`rigid`] and [`clip`] build the model.
 
 mod accessor;
 mod clip;
@@ -12,6 +12,7 @@ mod fault;
 mod geometry;
 mod graph;
 mod names;
+mod rigid;
 mod schema;
 mod skeleton;
 #[cfg(test)]
@@ -81,6 +82,9 @@ fn build(document: &Document) -> Checked<Model> {
     if model.triangles.is_empty() {
         return refuse("/skins", no_character(document));
     }
+    if !model.rigid.is_empty() {
+        model.rigid.resize(model.positions.len(), 0.0);
+    }
     model.warnings.extend(mended.warnings());
     model.nodes = skeleton.nodes;
     model.joints = skeleton.joints;
@@ -137,6 +141,11 @@ fn add_mesh(
         let count = geometry.positions.len();
         let influences = weights::read(document, &attributes, &skin.joints, count, mended)?;
         model.influences.extend(influences);
+        if let Some(rigid) = rigid::read(document, &attributes, count)? {
+            // Primitives before this one have none.
+            model.rigid.resize(model.positions.len(), 0.0);
+            model.rigid.extend(rigid);
+        }
         if let Some(carry) = &skin.carry {
             geometry.carry(carry);
         }

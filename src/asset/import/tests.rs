@@ -1,6 +1,8 @@
 //! Tests of the importer on small files made here.
 #![allow(clippy::unwrap_used)]
 
+mod rigid;
+
 use std::path::Path;
 
 use glam::{Mat4, Vec3};

@@ -1,9 +1,12 @@
 //! Tracking as a whole: its way back to rest, its state, what it refuses.
 
+use glam::Vec3;
+
 use super::{gpu, rig};
 use crate::{
-    deformer::{Deformer, Device, Method, Settings},
-    layout::state,
+    deformer::{Deformer, Device, Method, Settings, statics::Statics},
+    layout::{NO_SEED, state},
+    mesh::Mesh,
     rig::{Pose, Rig},
 };
 
@@ -89,4 +92,20 @@ fn only_tracking_has_a_state() {
     assert!(implicit.save().unwrap().is_none());
     assert!(implicit.restore(&state).is_err());
     assert!(tracking.restore(&state).is_ok());
+}
+
+#[test]
+fn the_freedom_to_slide_ends_where_the_skin_is_rigid() {
+    let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+    let rig = Rig {
+        // The last vertex has no neighbours.
+        mesh: Mesh::new(corners, vec![[0, 1, 2]]),
+        part: vec![0; 4],
+        radius: vec![0.5],
+        rigid: vec![0.0, 0.25, 1.0, 0.0],
+        ..Rig::default()
+    };
+    let bodies = Statics::bodies(&rig, &[0.5; 4], &[0, 1, 2, NO_SEED]);
+    assert_eq!(bodies[1], [0.5, 0.5, 0.75, 1.0]);
+    assert_eq!([0, 2, 3].map(|v| bodies[v][2]), [1.0, 0.0, 0.0]);
 }

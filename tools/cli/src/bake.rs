@@ -35,11 +35,14 @@ a rotation is applied after the joint's bind rotation, in the joint's own frame.
 Positions are in the space of the file's scene for a clip, and in that of the file's vertices for all other poses; a
 GLB stands upright either way.
 
+Tracking goes on from frame to frame, the first of which it reaches from rest; random poses are all reached from rest.
+
 Examples:
   dermis bake CesiumMan.glb -o out.glb                  the first clip, as an animation
   dermis bake CesiumMan.glb -o frames --frames 0..10    ten frames as PLY
   dermis bake arm.glb -o bent --pose bent.json --method dqs --format obj
-  dermis bake hand.glb -o out.glb --random 5 --degrees 60 --joint index2=bulge --opening index2=finger")]
+  dermis bake hand.glb -o out.glb --random 5 --degrees 60 --joint index2=bulge --opening index2=finger
+  dermis bake man.glb -o out.glb --method tracking --rigid head --controller forearm=finger")]
 pub(crate) struct Args {
     /// glTF or GLB file.
     file: PathBuf,
@@ -128,6 +131,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     };
     for (row, frame) in frames.frames.iter().enumerate() {
         let begin = Instant::now();
+        if frames.independent {
+            deformer.reset()?;
+        }
         deformer.advance(&frame.pose)?;
         let skin = deformer.read()?;
         let ms = begin.elapsed().as_secs_f64() * 1e3;

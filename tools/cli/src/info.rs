@@ -41,6 +41,7 @@ struct Info {
     welded_vertices: usize,
     triangles: usize,
     components: usize,
+    rigid_vertices: usize,
     joints: Vec<Joint>,
     clips: Vec<Clip>,
     extensions: Vec<String>,
@@ -106,6 +107,7 @@ fn describe(model: &Model) -> Info {
         welded_vertices: welded.positions.len(),
         triangles: model.triangles.len(),
         components: components.map_or(0, |&last| last as usize + 1),
+        rigid_vertices: model.rigid.iter().filter(|&&rigid| rigid > 0.0).count(),
         joints: model.joints.iter().zip(owned).map(joint).collect(),
         clips: model.clips.iter().map(clip).collect(),
         extensions: model.extensions.clone(),
@@ -131,6 +133,10 @@ fn text(info: &Info, rig: Option<&Rig>) -> String {
             count(info.components)
         ),
     ];
+    if info.rigid_vertices > 0 {
+        let rigid = count(info.rigid_vertices);
+        lines.push(format!("{rigid} vertices are painted rigid (_RIGID)"));
+    }
     if !info.extensions.is_empty() {
         lines.push(format!("extensions: {}", info.extensions.join(", ")));
     }

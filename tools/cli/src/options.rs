@@ -4,7 +4,7 @@ use std::{ops::Range, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use dermis::{
-    compose::{OpeningCurve, Operator},
+    compose::{Controller, OpeningCurve, Operator},
     deformer::Method,
 };
 
@@ -38,6 +38,19 @@ pub(crate) struct RigOptions {
     /// and openings between 0 (full operator) and 1 (union).
     #[arg(long, value_name = "NAME=elbow|finger|b:F,b:F,b:F", value_parser = parse::opening)]
     pub(crate) opening: Vec<(String, OpeningCurve)>,
+    /// How deep the contact at a joint goes with the angle between the two surfaces, in tracking (repeatable): a preset, or
+    /// three points cosine:depth with rising cosines and depths between 0 (union) and 1. elbow touches from 90 degrees on,
+    /// finger sooner, never not at all.
+    #[arg(long, value_name = "NAME=elbow|finger|never|c:d,c:d,c:d", value_parser = parse::controller)]
+    pub(crate) controller: Vec<(String, Controller)>,
+    /// Profile curve of the joints with --joint NAME=profile, in tracking: a JSON file with the surface and the contact line
+    /// at some depths of contact, such as assets/profile.json.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Keep the skin of this joint's part from sliding, in tracking (repeatable): it follows the joint rigidly, as do vertices
+    /// that the file paints so, with the attribute _RIGID (1 rigid, 0 free).
+    #[arg(long, value_name = "JOINT")]
+    pub(crate) rigid: Vec<String>,
     /// Size of the bulge at a contact; 0 gives none, 1 is the authors' size.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse::not_negative)]
     pub(crate) magnitude: f32,
@@ -94,7 +107,7 @@ pub(crate) struct PoseOptions {
     /// Poses from a JSON file: joint name → rotation, a list of such objects is a sequence.
     #[arg(long, value_name = "FILE", group = "source")]
     pub(crate) pose: Option<PathBuf>,
-    /// This many random poses.
+    /// This many random poses, independent of each other: bake and render track each of them from rest.
     #[arg(long, value_name = "N", group = "source", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) random: Option<u32>,
     /// The rest pose only.

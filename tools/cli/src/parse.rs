@@ -2,7 +2,10 @@
 
 use std::{ops::Range, str::FromStr};
 
-use dermis::compose::{OpeningCurve, Operator};
+use dermis::{
+    Error,
+    compose::{Controller, OpeningCurve, Operator},
+};
 
 /// The device that the user asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,29 +94,46 @@ pub(crate) fn joint(text: &str) -> Result<(String, Operator), String> {
 
 /// `NAME=elbow|finger|b:F,b:F,b:F`.
 pub(crate) fn opening(text: &str) -> Result<(String, OpeningCurve), String> {
-    let (name, curve) = assignment(text, "elbow, finger or three points b:F,b:F,b:F")?;
+    const USAGE: &str = "elbow, finger or three points b:F,b:F,b:F";
+    let (name, curve) = assignment(text, USAGE)?;
     let curve = match curve {
         "elbow" => OpeningCurve::elbow(),
         "finger" => OpeningCurve::finger(),
-        points => opening_points(points)?,
+        text => OpeningCurve::new(points(text, USAGE)?, [1.0; 2]).map_err(refused(text))?,
     };
     Ok((name.into(), curve))
 }
 
-fn opening_points(text: &str) -> Result<OpeningCurve, String> {
+/// `NAME=elbow|finger|never|c:d,c:d,c:d`.
+pub(crate) fn controller(text: &str) -> Result<(String, Controller), String> {
+    const USAGE: &str = "elbow, finger, never or three points c:d,c:d,c:d";
+    let (name, curve) = assignment(text, USAGE)?;
+    let curve = match curve {
+        "elbow" => Controller::elbow(),
+        "finger" => Controller::finger(),
+        "never" => Controller::never(),
+        text => Controller::new(points(text, USAGE)?, [1.0; 2]).map_err(refused(text))?,
+    };
+    Ok((name.into(), curve))
+}
+
+fn refused(text: &str) -> impl Fn(Error) -> String {
+    move |error| format!("{text:?}: {error}")
+}
+
+fn points(text: &str, usage: &str) -> Result<[(f32, f32); 3], String> {
     let points: Vec<(f32, f32)> = text.split(',').map(point).collect::<Result<_, _>>()?;
-    let points: [(f32, f32); 3] = points
+    points
         .try_into()
-        .map_err(|_| format!("{text:?}: expected elbow, finger or three points b:F,b:F,b:F"))?;
-    OpeningCurve::new(points, [1.0, 1.0]).map_err(|e| format!("{text:?}: {e}"))
+        .map_err(|_| format!("{text:?}: expected {usage}"))
 }
 
 fn point(text: &str) -> Result<(f32, f32), String> {
-    let wrong = || format!("{text:?}: expected b:F, a cosine and an opening, such as .7:.43");
-    let (cosine, opening) = text.split_once(':').ok_or_else(wrong)?;
+    let wrong = || format!("{text:?}: expected a cosine and a value from 0 to 1, such as .7:.43");
+    let (cosine, value) = text.split_once(':').ok_or_else(wrong)?;
     let cosine: f32 = cosine.trim().parse().map_err(|_| wrong())?;
-    let opening: f32 = opening.trim().parse().map_err(|_| wrong())?;
-    Ok((cosine, opening))
+    let value: f32 = value.trim().parse().map_err(|_| wrong())?;
+    Ok((cosine, value))
 }
 
 fn assignment<'a>(text: &'a str, expected: &str) -> Result<(&'a str, &'a str), String> {
@@ -194,6 +214,19 @@ mod tests {
         ] {
             assert!(opening(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn controllers_are_presets_or_three_rising_points() {
+        let (name, curve) = controller("elbow.L=-1:1,.2:.3,.75:0").unwrap();
+        assert_eq!(name, "elbow.L");
+        assert_eq!(curve.points, [(-1.0, 1.0), (0.2, 0.3), (0.75, 0.0)]);
+        assert_eq!(controller("a=never").unwrap().1, Controller::never());
+        assert!(controller("a=elbow").is_ok() && controller("a=finger").is_ok());
+        for wrong in ["a=knee", "a=1:1,0:1,2:1", "a=0:2,1:1,2:1", "a=0:1,1:1", "a"] {
+            assert!(controller(wrong).is_err(), "{wrong}");
+        }
+        assert!(controller("a=0:1,1:0").unwrap_err().contains("never"));
     }
 
     #[test]

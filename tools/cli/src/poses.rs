@@ -28,6 +28,8 @@ pub(crate) struct Frames {
     pub(crate) clip: Option<String>,
     pub(crate) fps: f32,
     pub(crate) frames: Vec<Frame>,
+    /// Whether no frame follows from the one before: then each is tracked from rest.
+    pub(crate) independent: bool,
     /// Turns the frames' space upright, as the file's scene stands. A clip is in the scene's space already; the other
     /// sources are in rest space, in which many exporters lay characters down.
     pub(crate) upright: Quat,
@@ -108,6 +110,10 @@ fn from_chance(
         let seed = options.seed.wrapping_add(number as u64);
         Pose::random(skeleton, degrees, seed)
     })
+    .map(|frames| Frames {
+        independent: true,
+        ..frames
+    })
 }
 
 fn from_file(options: &PoseOptions, path: &std::path::Path, skeleton: &Skeleton) -> Result<Frames> {
@@ -161,6 +167,7 @@ fn frames(
         clip,
         fps: options.fps,
         frames: range.map(frame).collect::<Result<_>>()?,
+        independent: false,
         upright: Quat::IDENTITY,
     })
 }

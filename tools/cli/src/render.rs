@@ -7,10 +7,11 @@ use std::path::PathBuf;
 
 use dermis::{
     Error, Result,
-    deformer::{Deformer, Method},
+    deformer::{Deformer, Method, Skin},
     gpu::Profile,
     render::{Shading, View},
     report::Progress as Step,
+    rig::Pose,
 };
 use serde::Serialize;
 
@@ -30,6 +31,8 @@ use crate::{
 Without --time, --frames or --turntable the first frame is drawn. One picture goes to a PNG as it is; several go to a
 PNG as one labelled sheet, or to a folder as frame_0000.png … Back sides are magenta, so that inverted skin stands out.
 The character stands as in the file's scene, whatever the poses' source.
+Tracking goes on from frame to frame, the first of which it reaches from rest; random poses are all reached from rest. A
+turntable of one frame deforms it once.
 
 Examples:
   dermis render CesiumMan.glb -o man.png --time 0.5
@@ -129,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let shots = shots(args, &frames)?;
     let session = Session::open(character, &args.rig, &args.device, Profile::Off, &console)?;
     let studio = Studio::open(args, &session, &shots, frames.upright)?;
-    let mut stage = Stage::new(&session, methods, studio)?;
+    let mut stage = Stage::new(&session, methods, studio, frames.independent)?;
     let progress = Progress::new(&console);
     for (done, shot) in shots.iter().enumerate() {
         progress.show(Step {
@@ -188,11 +191,34 @@ fn nearest(frames: &[Frame], time: f32, fps: f32) -> Result<&Frame> {
     })
 }
 
-/// A deformer a method, and the studio in which they are drawn.
+/// One method's character.
+struct Cast {
+    name: MethodName,
+    deformer: Deformer,
+    /// The skin in the frame that was shown last.
+    skin: Skin,
+}
+
+impl Cast {
+    fn play(&mut self, pose: &Pose, from_rest: bool) -> Result<()> {
+        if from_rest {
+            self.deformer.reset()?;
+        }
+        self.deformer.advance(pose)?;
+        self.skin = self.deformer.read()?;
+        Ok(())
+    }
+}
+
+/// A cast a method, and the studio in which they are drawn.
 struct Stage<'a> {
     session: &'a Session,
-    casts: Vec<(MethodName, Deformer)>,
+    casts: Vec<Cast>,
     studio: Studio,
+    /// Whether no frame follows from the one before.
+    independent: bool,
+    /// Number of the frame that was shown last.
+    shown: Option<usize>,
 }
 
 impl<'a> Stage<'a> {
@@ -200,12 +226,22 @@ impl<'a> Stage<'a> {
         session: &'a Session,
         methods: Vec<(MethodName, Method)>,
         studio: Studio,
+        independent: bool,
     ) -> Result<Self> {
-        let cast = |(name, method)| session.deformer(method).map(|d| (name, d));
+        let cast = |(name, method)| {
+            let deformer = session.deformer(method)?;
+            Ok(Cast {
+                name,
+                deformer,
+                skin: Skin::default(),
+            })
+        };
         Ok(Self {
             casts: methods.into_iter().map(cast).collect::<Result<_>>()?,
             session,
             studio,
+            independent,
+            shown: None,
         })
     }
 
@@ -213,11 +249,14 @@ impl<'a> Stage<'a> {
     fn draw(&mut self, shot: &Shot, shots: usize) -> Result<Vec<gallery::Tile>> {
         let triangles = &self.session.rig.rows.triangles;
         let mut tiles = Vec::with_capacity(self.casts.len());
-        for (name, deformer) in &mut self.casts {
-            deformer.advance(&shot.frame.pose)?;
-            let skin = deformer.read()?;
-            let picture = self.studio.draw(&skin, triangles, shot.orbit)?;
-            tiles.push((label(*name, shot, shots), picture));
+        // A turntable shows one frame from many sides: a tracked skin must not go on in between.
+        let next = self.shown.replace(shot.frame.number) != Some(shot.frame.number);
+        for cast in &mut self.casts {
+            if next {
+                cast.play(&shot.frame.pose, self.independent)?;
+            }
+            let picture = self.studio.draw(&cast.skin, triangles, shot.orbit)?;
+            tiles.push((label(cast.name, shot, shots), picture));
         }
         Ok(tiles)
     }
@@ -252,7 +291,7 @@ fn report(
     Report {
         file: args.file.display().to_string(),
         output: args.output.display().to_string(),
-        methods: stage.casts.iter().map(|(name, _)| name.name()).collect(),
+        methods: stage.casts.iter().map(|c| c.name.name()).collect(),
         device: session.device_report().name,
         source: frames.source.clone(),
         size: args.size,

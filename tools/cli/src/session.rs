@@ -5,6 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use dermis::{
     Error, Result, asset,
     asset::Model,
+    compose::{self, Operator},
     deformer::{Deformer, Device, Method, Settings},
     gpu::{DeviceSelector, Gpu, GpuOptions, Profile},
     report::DeviceReport,
@@ -146,6 +147,9 @@ fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, 
     let options = rig::Options {
         joints: user.joint.clone(),
         openings: user.opening.clone(),
+        controllers: user.controller.clone(),
+        profile: read_profile(user)?,
+        rigid: user.rigid.clone(),
         magnitude: user.magnitude,
         subdivide: user.subdivide,
         ..rig::Options::default()
@@ -157,6 +161,18 @@ fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, 
     };
     let stages = progress.finish();
     Ok((rig?, stages))
+}
+
+/// The user's profile curve, which some joint must use.
+fn read_profile(user: &RigOptions) -> Result<Option<compose::Profile>> {
+    let Some(path) = &user.profile else {
+        return Ok(None);
+    };
+    if !user.joint.iter().any(|(_, o)| *o == Operator::Profile) {
+        let reason = "no joint uses it; add --joint NAME=profile";
+        return Err(Error::argument("--profile", reason));
+    }
+    compose::Profile::read(path).map(Some)
 }
 
 /// The device as a report; the CPU has one, too.

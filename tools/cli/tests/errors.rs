@@ -107,6 +107,50 @@ fn operators_of_another_method_are_refused_by_joint() {
 }
 
 #[test]
+fn rigid_joints_and_controllers_name_the_joint() {
+    for option in [["--rigid", "tail"], ["--controller", "tail=never"]] {
+        let error = refused_bake(&[&["--method", "tracking"], &option[..]].concat());
+        assert!(error.contains("tail"), "{error}");
+    }
+}
+
+#[test]
+fn bad_profiles_are_named_with_file_and_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("curve.json");
+    let path = file.to_str().unwrap();
+    let refused = |more: &[&str]| {
+        let common = ["--method", "tracking", "--profile", path];
+        refused_bake(&[&common[..], more].concat())
+    };
+    let using = ["--joint", "lower=profile"];
+    assert!(refused(&using).contains("curve.json"), "it is missing");
+    let good = r#"{"levels": [{"depth": 0.5, "surface": [[0, 0.5], [0.5, 0.5], [0.5, 0]]}]}"#;
+    let point = "depth 0.5, surface point 1: [1.5, 0.5] is not in 0 to 1";
+    for (from, to, expected) in [
+        ("[0.5, 0.5]", "[1.5, 0.5]", point),
+        ("0.5, 0.5", "0.5, 0.5, 0.5", "line 1 column"),
+        ("surface", "face", "unknown field `face`"),
+        ("]}]}", "]}]", "EOF"),
+    ] {
+        fs::write(&file, good.replace(from, to)).unwrap();
+        let error = refused(&using);
+        assert!(
+            error.contains("curve.json") && error.contains(expected),
+            "{error}"
+        );
+    }
+    fs::write(&file, good).unwrap();
+    let error = refused(&["--joint", "lower=bulge"]);
+    assert!(
+        error.contains("--profile: no joint uses it") && error.contains("=profile"),
+        "{error}"
+    );
+    let error = refused_bake(&["--method", "tracking", "--joint", "lower=profile"]);
+    assert!(error.contains("lower") && error.contains("none is given"));
+}
+
+#[test]
 fn an_unknown_device_is_refused() {
     let error = refused_bake(&["--device", "no such device"]);
     assert!(

@@ -31,6 +31,9 @@ fn commands_that_deform_share_their_options() {
         "--pose",
         "--joint",
         "--opening",
+        "--controller",
+        "--profile",
+        "--rigid",
         "--magnitude",
         "--subdivide",
         "--cache",
@@ -47,7 +50,7 @@ fn commands_that_deform_share_their_options() {
 
 #[test]
 fn usage_errors_end_with_2() {
-    let cases: [&[&str]; 10] = [
+    let cases: [&[&str]; 11] = [
         &[],
         &["bend"],
         &["bake", "a.glb"],
@@ -55,6 +58,14 @@ fn usage_errors_end_with_2() {
         &["bake", "a.glb", "-o", "x", "--frames", "5..2"],
         &["bake", "a.glb", "-o", "x", "--joint", "elbow=glue"],
         &["bake", "a.glb", "-o", "x", "--opening", "elbow=1:1,0:0,2:1"],
+        &[
+            "bake",
+            "a.glb",
+            "-o",
+            "x",
+            "--controller",
+            "elbow=0:1,1:2,2:0",
+        ],
         &["bake", "a.glb", "-o", "x", "--fps", "nan"],
         &["bake", "a.glb", "-o", "x", "--budget", "much"],
         &["bake", "a.glb", "-o", "x", "--rest", "--clip", "walk"],
@@ -92,6 +103,7 @@ fn json_on_standard_output_is_alone_there() {
         "welded_vertices",
         "triangles",
         "components",
+        "rigid_vertices",
         "joints",
         "clips",
         "extensions",
