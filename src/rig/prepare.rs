@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::{
-    FileRows, Options, Rig, Skeleton,
+    FileRows, Options, Primitive, Rig, Skeleton,
     archive::Prepared,
     cache::{self, Entry, Key},
     program::compose,
     sheets::{rigid_shells, thin_sheets, warning},
     subdivide::subdivide,
+    swell,
     weights::{partition, welded_weights},
 };
 use crate::{
@@ -31,7 +32,8 @@ impl Rig {
     /// The rig's warnings begin with the model's.
     ///
     /// # Errors
-    /// [`Error::Argument`] or [`Error::Joint`] for a model that is inconsistent, or options that do not fit it.
+    /// [`Error::Argument`], [`Error::Joint`] or [`Error::Primitive`] for a model that is inconsistent, or options that do not
+    /// fit it.
     pub fn prepare(model: &Model, options: &Options, progress: Report) -> Result<Self> {
         let base = Base::new(model, options)?;
         let prepared = base.compute(options, progress)?;
@@ -93,6 +95,7 @@ impl Base {
     fn new(model: &Model, options: &Options) -> Result<Self> {
         validate(model)?;
         let skeleton = Skeleton::from_model(model)?;
+        Primitive::check(&options.primitives, &skeleton)?;
         let model = subdivide(model, options.subdivide)?;
         let welded = weld(&model.positions, &model.triangles);
         Ok(Self {
@@ -199,7 +202,10 @@ impl Base {
     }
 
     fn assemble(self, p: Prepared, options: &Options, progress: Report) -> Result<Rig> {
-        let composition = compose(&self.skeleton, &p.fields, options)?;
+        let mut composition = compose(&self.skeleton, &p.fields, options)?;
+        let mut fields = p.fields;
+        let list = &options.primitives;
+        let primitives = swell::add(list, &self.skeleton, &mut fields, &mut composition)?;
         let total = 4;
         progress(Progress {
             stage: "neighbourhoods",
@@ -223,7 +229,8 @@ impl Base {
             weights: p.weights,
             part: p.part,
             radius: p.radius,
-            fields: p.fields,
+            fields,
+            primitives,
             composition,
             geometric: p.geometric,
             cache: None,

@@ -41,6 +41,11 @@ pub(crate) struct RigOptions {
     /// Size of the bulge at a contact; 0 gives none, 1 is the authors' size.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse::not_negative)]
     pub(crate) magnitude: f32,
+    /// Extra implicit primitives, such as muscles that swell as a joint bends, from a JSON file: a list of {name, joint, start,
+    /// end, radius, driver, degrees, scale}. An ellipsoid goes from start to end in the joint's frame, radius thick; while the
+    /// driver, a joint, bends from the first of degrees to the second, it goes from the first scale to the second.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) primitives: Option<PathBuf>,
     /// Subdivide the mesh this many times before the preparation; each time quadruples the triangles.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4))]
     pub(crate) subdivide: u32,

@@ -32,6 +32,7 @@ fn commands_that_deform_share_their_options() {
         "--joint",
         "--opening",
         "--magnitude",
+        "--primitives",
         "--subdivide",
         "--cache",
         "--json",
@@ -95,6 +96,7 @@ fn json_on_standard_output_is_alone_there() {
         "joints",
         "clips",
         "extensions",
+        "primitives",
         "warnings",
     ];
     expected.sort_unstable();
