@@ -66,12 +66,23 @@ mod tests {
 
     const START: Vec3 = Vec3::new(2.0, -1.0, 0.5);
 
-    /// Point of an ellipsoid at shares of its half axes.
-    fn point(end: Vec3, radius: f32, unit: Vec3) -> Vec3 {
+    fn axes(end: Vec3) -> Mat3 {
         let x = (end - START).normalize();
         let (y, z) = x.any_orthonormal_pair();
-        let size = Vec3::new(0.5 * START.distance(end), radius, radius);
-        0.5 * (START + end) + Mat3::from_cols(x, y, z) * (unit * size)
+        Mat3::from_cols(x, y, z)
+    }
+
+    fn size(end: Vec3, radius: f32) -> Vec3 {
+        Vec3::new(0.5 * START.distance(end), radius, radius)
+    }
+
+    /// Point of an ellipsoid at shares of its half axes.
+    fn point(end: Vec3, radius: f32, unit: Vec3) -> Vec3 {
+        0.5 * (START + end) + axes(end) * (unit * size(end, radius))
+    }
+
+    fn normal(end: Vec3, radius: f32, unit: Vec3) -> Vec3 {
+        axes(end) * (unit / size(end, radius)).normalize()
     }
 
     /// Directions all round, ends included.
@@ -96,9 +107,9 @@ mod tests {
                 let [inside, on, outside] = [0.6, 1.0, 1.3].map(|s| f(s * unit));
                 assert!((on - 0.5).abs() < 0.02, "{length} {radius} {unit}: {on}");
                 assert!(inside > 0.55 && outside < 0.45, "{length} {radius} {unit}");
-                let away = unit * Vec3::new(0.5 * length, radius, radius);
-                let far = unit * (1.0 + 2.0 * radius / away.length());
-                assert!(f(far) < 1e-6, "{length} {radius} {unit}: {}", f(far));
+                let on = point(end, radius, unit);
+                let far = on + 2.001 * radius * normal(end, radius, unit);
+                assert_eq!(field.evaluate(far).0, 0.0, "{length} {radius} {unit}");
             }
         }
     }

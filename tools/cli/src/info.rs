@@ -24,6 +24,7 @@ use crate::{
 Examples:
   dermis info CesiumMan.glb
   dermis info CesiumMan.glb --fields       prepare it, too: fields, and vertices that follow geometric skinning
+  dermis info arm.glb --primitives biceps.json
   dermis info CesiumMan.glb --json - | jq .joints")]
 pub(crate) struct Args {
     /// glTF or GLB file.

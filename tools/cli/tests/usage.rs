@@ -107,6 +107,21 @@ fn json_on_standard_output_is_alone_there() {
 }
 
 #[test]
+fn info_lists_primitives() {
+    let (arm, file) = (asset("arm.glb"), asset("biceps.json"));
+    let text = good(&["info", &arm, "--fields", "--primitives", &file]);
+    let fields = "3 fields, 1 of them a primitive's";
+    assert!(
+        text.contains("primitive \"biceps\"") && text.contains(fields),
+        "{text}"
+    );
+    let json = good(&["info", &arm, "--primitives", &file, "--json", "-"]);
+    let info: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let expected = serde_json::json!([{"name": "biceps", "joint": "upper", "driver": "lower"}]);
+    assert_eq!(info["primitives"], expected);
+}
+
+#[test]
 fn quiet_says_nothing() {
     let output = dermis(&["info", &asset("arm.glb"), "--quiet"]);
     assert!(output.status.success());
