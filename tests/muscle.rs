@@ -81,8 +81,21 @@ fn the_rest_pose_stays_a_fixed_point() {
     for method in METHODS {
         let mut strong = deformer(&gpu, &with, method);
         let rest = bend(&mut strong, 0.0);
-        assert!(rest.positions == bend(&mut deformer(&gpu, &without, method), 0.0).positions);
-        assert!(rest.positions == with.mesh.positions);
+        let plain = bend(&mut deformer(&gpu, &without, method), 0.0);
+        let rows = with.rows.vertex.iter();
+        let file: Vec<Vec3> = rows.map(|v| with.mesh.positions[*v as usize]).collect();
+        let away = |other: &[Vec3]| {
+            let pairs = rest.positions.iter().zip(other);
+            pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+        };
+        let found = [away(&file), away(&plain.positions)];
+        // Tracking moves a skin at rest by roundings in its first frame, with a muscle and without.
+        let most = if method == Method::Tracking {
+            1e-6
+        } else {
+            0.0
+        };
+        assert!(found.iter().all(|d| *d <= most), "{method:?}: {found:?}");
         bend(&mut strong, 60.0);
         strong.reset().unwrap();
         assert!(bend(&mut strong, 0.0) == rest, "{method:?}");

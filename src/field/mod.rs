@@ -17,7 +17,7 @@ pub use fit::{Fitted, fit};
 pub use grid::GridInput;
 pub use hrbf::Hrbf;
 
-pub use crate::layout::field_grid::FADE;
+pub use crate::layout::{MAX_FIELDS, field_grid::FADE};
 
 /// Edge of a field's grid in texels.
 pub const GRID: u32 = 32;

@@ -18,6 +18,9 @@ pub(crate) fn biceps() -> Primitive {
     }
 }
 
+/// What makes a primitive wrong.
+type Change = fn(&mut Primitive);
+
 fn refused(change: impl Fn(&mut Primitive)) -> String {
     let mut wrong = biceps();
     change(&mut wrong);
@@ -29,7 +32,7 @@ fn refused(change: impl Fn(&mut Primitive)) -> String {
 #[test]
 fn wrong_primitives_are_refused_by_name_and_element() {
     assert!(Primitive::check(&[biceps()], &skeleton()).is_ok());
-    let cases: [(fn(&mut Primitive), [&str; 2]); 16] = [
+    let cases: [(Change, [&str; 2]); 16] = [
         (|p| p.joint = "wing".into(), ["joint", "wing"]),
         (|p| p.driver = "knee".into(), ["driver", "knee"]),
         (|p| p.driver = "root".into(), ["driver", "no parent"]),
@@ -73,7 +76,7 @@ fn a_file_is_read_and_its_errors_name_file_and_primitive() {
         (good.replace("radius", "width"), "\"biceps\""),
         (good.replace("\"radius\":0.15,", ""), "radius"),
         (good.replace("\"biceps\"", "7"), "primitive 0"),
-        (good.replace('[', "").replace(']', ""), "JSON"),
+        (good.replace(['[', ']'], ""), "JSON"),
         ("{}".into(), "list"),
         ("[3]".into(), "primitive 0"),
     ];

@@ -3,7 +3,11 @@
 use glam::{Mat3, Mat4, Vec3};
 
 use super::{Pose, Primitive, Rig, Skeleton};
-use crate::{Error, Result, compose::Composition, field::Field, layout::MAX_FIELDS};
+use crate::{
+    Error, Result,
+    compose::Composition,
+    field::{Field, MAX_FIELDS},
+};
 
 /// An extra primitive of a rig.
 #[derive(Clone, Debug, PartialEq)]
