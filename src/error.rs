@@ -35,6 +35,16 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+    /// An extra primitive cannot be used.
+    #[error("primitive {primitive:?}: {element}: {reason}")]
+    Primitive {
+        /// Name of the primitive.
+        primitive: String,
+        /// The key that is wrong.
+        element: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A pose cannot be used.
     #[error("pose: {element}: {reason}")]
     Pose {
@@ -108,6 +118,19 @@ impl Error {
         Self::File {
             path: path.into(),
             source,
+        }
+    }
+
+    /// The same, naming the file that a primitive is from; other errors as they are.
+    #[must_use]
+    pub fn in_file(self, path: impl Into<PathBuf>) -> Self {
+        match self {
+            Self::Primitive {
+                primitive,
+                element,
+                reason,
+            } => Self::asset(path, format!("primitive {primitive:?}: {element}"), reason),
+            other => other,
         }
     }
 

@@ -31,11 +31,11 @@ pub struct Fold {
 impl Fold {
     /// The fold of a composition.
     pub fn new(composition: &Composition) -> Self {
-        let order = depth_first(&composition.parent);
+        let order = depth_first(composition);
         let mut groups: Vec<(u32, Vec<u32>)> = Vec::new();
         for field in order {
             let parent = composition.parent[field as usize];
-            let own = (parent != u32::MAX && below(composition, field))
+            let own = (parent != u32::MAX && joins(composition, field))
                 .then(|| groups.iter_mut().find(|g| g.1.contains(&parent)))
                 .flatten();
             match own {
@@ -84,9 +84,24 @@ fn below(composition: &Composition, field: u32) -> bool {
     )
 }
 
-/// Fields depth first, siblings ascending.
-fn depth_first(parent: &[u32]) -> Vec<u32> {
-    let children = |of: u32| (0..parent.len() as u32).filter(move |f| parent[*f as usize] == of);
+/// A field goes into its parent's group. A primitive does where there is one besides: what bulges there has to meet it, too.
+fn joins(composition: &Composition, field: u32) -> bool {
+    if !composition.is_primitive(field) {
+        return below(composition, field);
+    }
+    let parent = composition.parent[field as usize];
+    let child = |f: u32| composition.parent[f as usize] == parent && below(composition, f);
+    below(composition, parent) || (0..composition.parent.len() as u32).any(child)
+}
+
+/// Fields depth first; of siblings the primitives first, so that they are one with their parent, the others ascending.
+fn depth_first(composition: &Composition) -> Vec<u32> {
+    let parent = &composition.parent;
+    let joints = (parent.len() - composition.primitives) as u32;
+    let children = |of: u32| {
+        let all = (joints..parent.len() as u32).chain(0..joints);
+        all.filter(move |f| parent[*f as usize] == of)
+    };
     let mut order = Vec::with_capacity(parent.len());
     let mut open: Vec<u32> = children(u32::MAX).collect();
     open.reverse();
@@ -111,6 +126,7 @@ mod tests {
         }
         Composition {
             parent: vec![u32::MAX, 0, 0, 1, 2, u32::MAX],
+            primitives: 0,
             operator,
             opening: vec![None; 6],
             controller: vec![None; 6],
@@ -141,6 +157,27 @@ mod tests {
         let all = hand(&[1, 2, 3, 4]);
         assert_eq!(walk(&all), [(0, 0), (1, 0), (3, 0), (2, 0), (4, 0), (5, 1)]);
         assert!(Fold::new(&all).has_groups());
+    }
+
+    #[test]
+    fn a_primitive_follows_its_field_and_joins_a_group_only_where_there_is_one() {
+        let mut alone = hand(&[]);
+        alone.add_primitive(1);
+        assert_eq!(
+            walk(&alone),
+            [(0, 0), (1, 1), (6, 2), (3, 3), (2, 4), (4, 5), (5, 6)]
+        );
+        assert!(!Fold::new(&alone).has_groups());
+        let mut tips = hand(&[3, 4]);
+        tips.add_primitive(1);
+        let fold = Fold::new(&tips);
+        assert_eq!(
+            walk(&tips)[..4],
+            [(0, 0), (1, 1), (6, 1), (3, 1)],
+            "the tip bulges against the primitive"
+        );
+        assert_eq!(fold.leaves[2].controller, Controller::never());
+        assert_eq!(fold.leaves[2].group_controller, Controller::fold());
     }
 
     #[test]

@@ -73,8 +73,10 @@ impl Operator {
 /// For each field (a row each), how it meets its parent's field.
 #[derive(Clone, Debug, Default)]
 pub struct Composition {
-    /// Field of the nearest ancestor joint that has one, or `u32::MAX`.
+    /// Field of the nearest ancestor joint that has one, or `u32::MAX`; of a primitive, the one of its joint.
     pub parent: Vec<u32>,
+    /// The last so many fields are extra primitives.
+    pub primitives: usize,
     /// Operator at the joint between the two; none where the method's own is meant.
     pub operator: Vec<Option<Operator>>,
     /// How far the operator opens with the angle between the two gradients; none for the operator's own.
@@ -85,4 +87,20 @@ pub struct Composition {
     pub profile: Option<Profile>,
     /// Magnitude of the bulge operator, 1 as the authors have it; at most [`MAX_MAGNITUDE`].
     pub magnitude: f32,
+}
+
+impl Composition {
+    /// A field is an extra primitive.
+    pub fn is_primitive(&self, field: u32) -> bool {
+        field as usize >= self.parent.len() - self.primitives
+    }
+
+    /// Adds a primitive, which melts into its parent's field by a union in every method.
+    pub fn add_primitive(&mut self, parent: u32) {
+        self.primitives += 1;
+        self.parent.push(parent);
+        self.operator.push(Some(Operator::Union));
+        self.opening.push(None);
+        self.controller.push(Some(Controller::never()));
+    }
 }

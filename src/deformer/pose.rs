@@ -87,17 +87,24 @@ impl PoseUpload {
         }
         self.fields
             .resize((self.rounds.len() + 1) * statics.fields_bytes(), 0);
-        self.set_fields(rig, statics, layout, pose);
+        self.set_fields(rig, statics, layout, before, pose);
         self.rounds.push(rounds);
     }
 
-    fn set_fields(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
+    fn set_fields(
+        &mut self,
+        rig: &Rig,
+        statics: &Statics,
+        layout: &AtlasLayout,
+        before: Option<&Pose>,
+        pose: &Pose,
+    ) {
         let texels = Vec3::from(layout.extent().map(|e| e as f32));
         let fields = rig.fields.len();
-        let posed = statics.order.iter().map(|row| {
-            let field = &rig.fields[*row as usize];
-            pose.matrices[field.joint as usize] * field.bounds.to_rest()
-        });
+        let posed = statics
+            .order
+            .iter()
+            .map(|row| to_model(rig, pose, *row as usize));
         let (low, high) = posed
             .clone()
             .map(|m| extent(&m))
@@ -114,12 +121,12 @@ impl PoseUpload {
                     .as_uvec3()
             };
             let row = statics.order[i];
-            let joint = rig.fields[row as usize].joint as usize;
+            let [motion, since_rest] = self.motions(rig, statics, before, pose, row as usize);
             let field = FieldPose {
                 rows: rows(&to_model.inverse()),
-                tile: pack(layout.tile(row)) | self.motions[joint][0] << 24,
+                tile: pack(layout.tile(row)) | motion << 24,
                 link: statics.links[i],
-                first_cell: pack(cell(first).to_array()) | self.motions[joint][1] << 24,
+                first_cell: pack(cell(first).to_array()) | since_rest << 24,
                 last_cell: pack(cell(last).to_array()),
             };
             let at = head + i * size_of::<FieldPose>();
@@ -142,6 +149,40 @@ impl PoseUpload {
         };
         self.fields[first_byte..head].copy_from_slice(bytes_of(&content));
     }
+
+    /// Numbers of a field's motions since the pose before and since rest: those of its joint, but a primitive that swells
+    /// moves like nothing else.
+    fn motions(
+        &self,
+        rig: &Rig,
+        statics: &Statics,
+        before: Option<&Pose>,
+        pose: &Pose,
+        row: usize,
+    ) -> [u32; 2] {
+        let mut motions = self.motions[rig.fields[row].joint as usize];
+        if let Some(p) = rig.primitive(row) {
+            for (motion, since) in motions.iter_mut().zip([before, None]) {
+                if p.changes(&rig.skeleton, since, pose, statics.still) {
+                    *motion = NO_MOTION;
+                }
+            }
+        }
+        motions
+    }
+}
+
+/// Box coordinates → model space of a posed field; a primitive swells in rest space before its joint carries it.
+fn to_model(rig: &Rig, pose: &Pose, row: usize) -> Mat4 {
+    let field = &rig.fields[row];
+    let joint = pose.matrices[field.joint as usize];
+    match rig.primitive(row) {
+        Some(p) => {
+            let swell = p.matrix(p.stretch_in(&rig.skeleton, pose));
+            joint * swell * field.bounds.to_rest()
+        }
+        None => joint * field.bounds.to_rest(),
+    }
 }
 
 /// What carries the skin of one pose to another, a matrix a joint.
@@ -152,13 +193,13 @@ fn changes(from: &Pose, to: &Pose) -> Pose {
     }
 }
 
-/// For every joint the first field that moves as it does anywhere on the character.
+/// For every joint the first joint's field that moves as it does anywhere on the character.
 fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u32> {
     let (reach, still) = (statics.reach, statics.still);
     let of_field = |i: usize| &pose.matrices[rig.fields[i].joint as usize];
     pose.matrices.iter().map(move |joint| {
         let as_one = |i: &usize| moves_as(joint, of_field(*i), reach, still);
-        let first = (0..rig.fields.len()).find(as_one);
+        let first = (0..rig.fields.len() - rig.primitives.len()).find(as_one);
         first.map_or(NO_MOTION, |i| i as u32)
     })
 }

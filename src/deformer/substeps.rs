@@ -1,11 +1,9 @@
 //! Virtual sub-steps of tracking (2014, section 5.2): poses between two poses, so that no joint turns too far at once.
 
-use glam::Mat4;
-
 use super::{Settings, plan::ROUND};
 use crate::{
     Result,
-    rig::{Pose, Skeleton},
+    rig::{Pose, Skeleton, degrees},
 };
 
 /// Poses on the way from one pose to another, the last being that other.
@@ -72,19 +70,12 @@ impl Turn {
     }
 }
 
-/// Angle of the rotation of a matrix.
-fn degrees(m: &Mat4) -> f32 {
-    let (_, rotation, _) = m.to_scale_rotation_translation();
-    // The arc cosine of w is blind to small angles.
-    let half = rotation.xyz().length().atan2(rotation.w.abs());
-    (2.0 * half).to_degrees()
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::rig::skeleton::tests::skeleton;
+    use glam::Mat4;
 
     fn bent(degrees: [f32; 4]) -> Pose {
         let turn = |d: f32| Mat4::from_rotation_x(d.to_radians());

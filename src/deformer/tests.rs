@@ -4,6 +4,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
+mod muscle;
 mod tracking;
 
 use super::{machine::GpuMachine, *};

@@ -3,6 +3,7 @@
 mod atlas;
 mod bone;
 mod bounds;
+mod ellipsoid;
 mod fit;
 mod grid;
 mod hrbf;
@@ -16,7 +17,7 @@ pub use fit::{Fitted, fit};
 pub use grid::GridInput;
 pub use hrbf::Hrbf;
 
-pub use crate::layout::field_grid::FADE;
+pub use crate::layout::{MAX_FIELDS, field_grid::FADE};
 
 /// Edge of a field's grid in texels.
 pub const GRID: u32 = 32;
@@ -45,12 +46,12 @@ impl FieldBox {
     }
 }
 
-/// The implicit field of one joint's part: f = w(s) t_r(d), d the HRBF's distance, s the distance to the bone segments.
+/// The implicit field of one joint's part, or of an extra primitive: f = w(s) t_r(d), d the HRBF's distance, s the distance to the bone segments.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Row of the joint that carries it.
     pub joint: u16,
-    /// Bone segments in rest space (joint → child, one a child; a leaf has one of its own).
+    /// Bone segments in rest space (joint → child, one a child; a leaf has one of its own, a primitive its axis).
     pub segments: Vec<[Vec3; 2]>,
     /// Radius r of the support: farthest vertex of the part to the segments, rest units.
     pub radius: f32,

@@ -10,12 +10,14 @@ mod options;
 mod pose;
 mod pose_file;
 mod prepare;
+mod primitive;
 mod program;
 mod random;
 mod rigid;
 mod sheets;
 pub(crate) mod skeleton;
 mod subdivide;
+mod swell;
 mod volumes;
 mod weights;
 
@@ -31,9 +33,12 @@ use crate::{
 
 pub use clip::scene_from_rest;
 pub use options::Options;
+pub(crate) use pose::degrees;
 pub use pose_file::{JointPose, PoseFile};
+pub use primitive::Primitive;
 pub use random::Random;
 pub use subdivide::subdivide;
+pub use swell::{Stretch, Swell};
 
 /// One joint of a skeleton.
 #[derive(Clone, Debug)]
@@ -103,8 +108,10 @@ pub struct Rig {
     pub part: Vec<u16>,
     /// Radius of each joint's part in rest units: no vertex moves further than this from its geometric position.
     pub radius: Vec<f32>,
-    /// Implicit fields, ascending by joint.
+    /// Implicit fields, ascending by joint; those of the extra primitives follow.
     pub fields: Vec<Field>,
+    /// Extra primitives, one a field at the end of the fields.
+    pub primitives: Vec<Swell>,
     /// How the fields are combined.
     pub composition: Composition,
     /// Mean value coordinates aligned with `mesh.one_ring.items`; an all-zero row is not relaxed.

@@ -1,5 +1,6 @@
 //! What the user may choose about a preparation.
 
+use super::Primitive;
 use crate::compose::{Controller, OpeningCurve, Operator, Profile};
 
 /// What the user may choose about a preparation.
@@ -17,6 +18,8 @@ pub struct Options {
     pub rigid: Vec<String>,
     /// Magnitude of the bulge operator.
     pub magnitude: f32,
+    /// Extra implicit primitives, such as muscles that swell with a joint's bend.
+    pub primitives: Vec<Primitive>,
     /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
     pub part: Option<Vec<u16>>,
     /// How often every triangle is cut into four.
@@ -33,6 +36,7 @@ impl Default for Options {
             controllers: Vec::new(),
             profile: None,
             rigid: Vec::new(),
+            primitives: Vec::new(),
             magnitude: 1.0,
             part: None,
             subdivide: 0,

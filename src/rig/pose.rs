@@ -68,6 +68,14 @@ impl Pose {
         Self::from_local(skeleton, &local)
     }
 
+    /// Angle by which a joint is rotated against its parent since rest, in degrees from 0 to 180; 0 for a joint without parent.
+    pub fn bend(&self, skeleton: &Skeleton, joint: usize) -> f32 {
+        match skeleton.joints[joint].parent {
+            Some(parent) => degrees(&(self.matrices[parent].inverse() * self.matrices[joint])),
+            None => 0.0,
+        }
+    }
+
     /// Checks that there is one matrix a joint, each finite, affine and invertible.
     ///
     /// # Errors
@@ -85,6 +93,14 @@ impl Pose {
         }
         Ok(())
     }
+}
+
+/// Angle of the rotation of a matrix.
+pub(crate) fn degrees(m: &Mat4) -> f32 {
+    let (_, rotation, _) = m.to_scale_rotation_translation();
+    // The arc cosine of w is blind to small angles.
+    let half = rotation.xyz().length().atan2(rotation.w.abs());
+    (2.0 * half).to_degrees()
 }
 
 fn count_error(given: usize, wanted: usize) -> Error {

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::{
-    FileRows, Options, Rig, Skeleton,
+    FileRows, Options, Primitive, Rig, Skeleton,
     archive::Prepared,
     cache::{self, Entry, Key},
     program::compose,
     rigid::{stiffen, welded_rigid},
     sheets::{rigid_shells, thin_sheets, warning},
     subdivide::subdivide,
+    swell,
     weights::{partition, welded_weights},
 };
 use crate::{
@@ -32,7 +33,8 @@ impl Rig {
     /// The rig's warnings begin with the model's.
     ///
     /// # Errors
-    /// [`Error::Argument`] or [`Error::Joint`] for a model that is inconsistent, or options that do not fit it.
+    /// [`Error::Argument`], [`Error::Joint`] or [`Error::Primitive`] for a model that is inconsistent, or options that do not
+    /// fit it.
     pub fn prepare(model: &Model, options: &Options, progress: Report) -> Result<Self> {
         let base = Base::new(model, options)?;
         let prepared = base.compute(options, progress)?;
@@ -94,6 +96,7 @@ impl Base {
     fn new(model: &Model, options: &Options) -> Result<Self> {
         validate(model)?;
         let skeleton = Skeleton::from_model(model)?;
+        Primitive::check(&options.primitives, &skeleton)?;
         let model = subdivide(model, options.subdivide)?;
         let welded = weld(&model.positions, &model.triangles);
         Ok(Self {
@@ -200,9 +203,12 @@ impl Base {
     }
 
     fn assemble(self, p: Prepared, options: &Options, progress: Report) -> Result<Rig> {
-        let composition = compose(&self.skeleton, &p.fields, options)?;
+        let mut composition = compose(&self.skeleton, &p.fields, options)?;
         let mut rigid = welded_rigid(&self.model.rigid, &self.welded);
         stiffen(&mut rigid, &p.part, &self.skeleton, &options.rigid)?;
+        let mut fields = p.fields;
+        let list = &options.primitives;
+        let primitives = swell::add(list, &self.skeleton, &mut fields, &mut composition)?;
         let total = 4;
         progress(Progress {
             stage: "neighbourhoods",
@@ -226,7 +232,8 @@ impl Base {
             weights: p.weights,
             part: p.part,
             radius: p.radius,
-            fields: p.fields,
+            fields,
+            primitives,
             composition,
             geometric: p.geometric,
             rigid,

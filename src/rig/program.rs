@@ -37,6 +37,7 @@ pub(super) fn compose(
     };
     let mut composition = Composition {
         parent: fields.iter().map(parent).collect(),
+        primitives: 0,
         operator: vec![None; fields.len()],
         opening: vec![None; fields.len()],
         controller: vec![None; fields.len()],

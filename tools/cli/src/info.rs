@@ -6,7 +6,7 @@ use dermis::{
     Result, asset,
     asset::Model,
     mesh,
-    rig::{self, Rig},
+    rig::{self, Rig, Skeleton},
 };
 use serde::Serialize;
 
@@ -14,6 +14,7 @@ use crate::{
     console::{self, Console},
     options::ReportOptions,
     progress::Progress,
+    session::primitives,
     table::{Table, count},
 };
 
@@ -23,6 +24,7 @@ use crate::{
 Examples:
   dermis info CesiumMan.glb
   dermis info CesiumMan.glb --fields       prepare it, too: fields, and vertices that follow geometric skinning
+  dermis info arm.glb --primitives biceps.json
   dermis info CesiumMan.glb --json - | jq .joints")]
 pub(crate) struct Args {
     /// glTF or GLB file.
@@ -30,6 +32,9 @@ pub(crate) struct Args {
     /// Prepare the character as bake would, and report its fields and what the preparation left out.
     #[arg(long)]
     fields: bool,
+    /// List the extra primitives of a JSON file, such as muscles, and check them against the character.
+    #[arg(long, value_name = "FILE")]
+    primitives: Option<PathBuf>,
     #[command(flatten)]
     report: ReportOptions,
 }
@@ -45,7 +50,15 @@ struct Info {
     joints: Vec<Joint>,
     clips: Vec<Clip>,
     extensions: Vec<String>,
+    primitives: Vec<Primitive>,
     warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Primitive {
+    name: String,
+    joint: String,
+    driver: String,
 }
 
 #[derive(Serialize)]
@@ -64,9 +77,13 @@ struct Clip {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
     let model = asset::load(&args.file)?;
-    let mut info = describe(&model);
+    let list = match &args.primitives {
+        Some(file) => primitives(Some(file), &Skeleton::from_model(&model)?)?,
+        None => Vec::new(),
+    };
+    let mut info = describe(&model, &list);
     let rig = if args.fields {
-        Some(prepare(&model, &console)?)
+        Some(prepare(&model, args, list, &console)?)
     } else {
         None
     };
@@ -82,14 +99,26 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     console::json(&args.report, &info)
 }
 
-fn prepare(model: &Model, console: &Console) -> Result<Rig> {
+fn prepare(
+    model: &Model,
+    args: &Args,
+    primitives: Vec<rig::Primitive>,
+    console: &Console,
+) -> Result<Rig> {
     let progress = Progress::new(console);
-    let rig = Rig::prepare(model, &rig::Options::default(), &|p| progress.show(p));
+    let options = rig::Options {
+        primitives,
+        ..rig::Options::default()
+    };
+    let rig = Rig::prepare(model, &options, &|p| progress.show(p));
     progress.finish();
-    rig
+    rig.map_err(|e| match &args.primitives {
+        Some(file) => e.in_file(file),
+        None => e,
+    })
 }
 
-fn describe(model: &Model) -> Info {
+fn describe(model: &Model, primitives: &[rig::Primitive]) -> Info {
     let welded = mesh::weld(&model.positions, &model.triangles).mesh;
     let mut owned = vec![0; model.joints.len()];
     for first in model.influences.iter().filter_map(|list| list.first()) {
@@ -111,7 +140,16 @@ fn describe(model: &Model) -> Info {
         joints: model.joints.iter().zip(owned).map(joint).collect(),
         clips: model.clips.iter().map(clip).collect(),
         extensions: model.extensions.clone(),
+        primitives: primitives.iter().map(primitive).collect(),
         warnings: model.warnings.clone(),
+    }
+}
+
+fn primitive(primitive: &rig::Primitive) -> Primitive {
+    Primitive {
+        name: primitive.name.clone(),
+        joint: primitive.joint.clone(),
+        driver: primitive.driver.clone(),
     }
 }
 
@@ -143,6 +181,12 @@ fn text(info: &Info, rig: Option<&Rig>) -> String {
     for clip in &info.clips {
         lines.push(format!("clip {:?}: {:.3} s", clip.name, clip.seconds));
     }
+    lines.extend(info.primitives.iter().map(|p| {
+        format!(
+            "primitive {:?}: on {:?}, swells with {:?}",
+            p.name, p.joint, p.driver
+        )
+    }));
     if let Some(rig) = rig {
         lines.push(fields(rig));
     }
@@ -154,8 +198,13 @@ fn text(info: &Info, rig: Option<&Rig>) -> String {
 
 fn fields(rig: &Rig) -> String {
     let geometric = rig.geometric.iter().filter(|&&g| g).count();
+    let primitives = match rig.primitives.len() {
+        0 => String::new(),
+        1 => ", 1 of them a primitive's".into(),
+        n => format!(", {n} of them primitives'"),
+    };
     format!(
-        "{} fields; {} of {} welded vertices follow geometric skinning only",
+        "{} fields{primitives}; {} of {} welded vertices follow geometric skinning only",
         rig.fields.len(),
         count(geometric),
         count(rig.geometric.len())

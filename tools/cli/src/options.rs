@@ -39,9 +39,9 @@ pub(crate) struct RigOptions {
     #[arg(long, value_name = "NAME=elbow|finger|b:F,b:F,b:F", value_parser = parse::opening)]
     pub(crate) opening: Vec<(String, OpeningCurve)>,
     /// How deep the contact at a joint goes with the angle between the two surfaces, in tracking (repeatable): a preset, or
-    /// three points cosine:depth with rising cosines and depths between 0 (union) and 1. elbow touches from 90 degrees on,
-    /// finger sooner, never not at all.
-    #[arg(long, value_name = "NAME=elbow|finger|never|c:d,c:d,c:d", value_parser = parse::controller)]
+    /// three points cosine:depth with rising cosines and depths between 0 (union) and 1. fold, the default, reaches as deep as
+    /// skin folds; elbow touches from 90 degrees on, finger sooner, never not at all.
+    #[arg(long, value_name = "NAME=elbow|finger|fold|never|c:d,c:d,c:d", value_parser = parse::controller)]
     pub(crate) controller: Vec<(String, Controller)>,
     /// Profile curve of the joints with --joint NAME=profile, in tracking: a JSON file with the surface and the contact line
     /// at some depths of contact, such as assets/profile.json.
@@ -54,6 +54,11 @@ pub(crate) struct RigOptions {
     /// Size of the bulge at a contact; 0 gives none, 1 is the authors' size.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse::not_negative)]
     pub(crate) magnitude: f32,
+    /// Extra implicit primitives, such as muscles that swell as a joint bends, from a JSON file: a list of {name, joint, start,
+    /// end, radius, driver, degrees, scale}. An ellipsoid goes from start to end in the joint's frame, radius thick; while the
+    /// driver, a joint, bends from the first of degrees to the second, it goes from the first scale to the second.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) primitives: Option<PathBuf>,
     /// Subdivide the mesh this many times before the preparation; each time quadruples the triangles.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4))]
     pub(crate) subdivide: u32,

@@ -104,13 +104,14 @@ pub(crate) fn opening(text: &str) -> Result<(String, OpeningCurve), String> {
     Ok((name.into(), curve))
 }
 
-/// `NAME=elbow|finger|never|c:d,c:d,c:d`.
+/// `NAME=elbow|finger|fold|never|c:d,c:d,c:d`.
 pub(crate) fn controller(text: &str) -> Result<(String, Controller), String> {
-    const USAGE: &str = "elbow, finger, never or three points c:d,c:d,c:d";
+    const USAGE: &str = "elbow, finger, fold, never or three points c:d,c:d,c:d";
     let (name, curve) = assignment(text, USAGE)?;
     let curve = match curve {
         "elbow" => Controller::elbow(),
         "finger" => Controller::finger(),
+        "fold" => Controller::fold(),
         "never" => Controller::never(),
         text => Controller::new(points(text, USAGE)?, [1.0; 2]).map_err(refused(text))?,
     };

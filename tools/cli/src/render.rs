@@ -37,6 +37,7 @@ turntable of one frame deforms it once.
 Examples:
   dermis render CesiumMan.glb -o man.png --time 0.5
   dermis render arm.glb -o compare.png --pose bent.json --compare lbs,dqs,implicit --view front
+  dermis render arm.glb -o biceps.png --pose bent.json --compare implicit,tracking --primitives biceps.json
   dermis render arm.glb -o error.png --pose bent.json --shade error --wireframe
   dermis render hand.glb -o knuckle.png --clip fist --time 0.5 --view side --focus index_2
   dermis render mannequin.glb -o table --turntable 36

@@ -9,7 +9,7 @@ use dermis::{
     deformer::{Deformer, Device, Method, Settings},
     gpu::{DeviceSelector, Gpu, GpuOptions, Profile},
     report::DeviceReport,
-    rig::{self, Rig, Skeleton},
+    rig::{self, Primitive, Rig, Skeleton},
 };
 
 use crate::{
@@ -67,9 +67,14 @@ impl Session {
         profile: Profile,
         console: &Console,
     ) -> Result<Self> {
-        let Character { model, loaded, .. } = character;
+        let Character {
+            model,
+            skeleton,
+            loaded,
+        } = character;
+        let primitives = primitives(rig.primitives.as_deref(), &skeleton)?;
         let device = open_device(device, profile, console)?;
-        let (rig, mut stages) = prepare(&model, rig, console)?;
+        let (rig, mut stages) = prepare(&model, rig, primitives, console)?;
         stages.insert(0, loaded);
         for warning in &rig.warnings {
             console.note(format_args!("warning: {warning}"))?;
@@ -142,7 +147,22 @@ pub(crate) fn open_device(
     }
 }
 
-fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, Vec<Stage>)> {
+/// The primitives of a file, checked against the character; none without a file.
+pub(crate) fn primitives(file: Option<&Path>, skeleton: &Skeleton) -> Result<Vec<Primitive>> {
+    let Some(file) = file else {
+        return Ok(Vec::new());
+    };
+    let list = Primitive::read(file)?;
+    Primitive::check(&list, skeleton).map_err(|e| e.in_file(file))?;
+    Ok(list)
+}
+
+fn prepare(
+    model: &Model,
+    user: &RigOptions,
+    primitives: Vec<Primitive>,
+    console: &Console,
+) -> Result<(Rig, Vec<Stage>)> {
     let progress = Progress::new(console);
     let options = rig::Options {
         joints: user.joint.clone(),
@@ -151,6 +171,7 @@ fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, 
         profile: read_profile(user)?,
         rigid: user.rigid.clone(),
         magnitude: user.magnitude,
+        primitives,
         subdivide: user.subdivide,
         ..rig::Options::default()
     };
@@ -160,6 +181,10 @@ fn prepare(model: &Model, user: &RigOptions, console: &Console) -> Result<(Rig, 
         None => Rig::prepare(model, &options, &show),
     };
     let stages = progress.finish();
+    let rig = rig.map_err(|e| match &user.primitives {
+        Some(file) => e.in_file(file),
+        None => e,
+    });
     Ok((rig?, stages))
 }
 

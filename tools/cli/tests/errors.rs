@@ -85,6 +85,35 @@ fn bad_poses_are_named() {
 }
 
 #[test]
+fn bad_primitives_are_named_with_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("muscles.json");
+    let path = file.to_str().unwrap();
+    let good = fs::read_to_string(asset("biceps.json")).unwrap();
+    let bad = [
+        (good.replace("\"upper\"", "\"wing\""), "joint: "),
+        (good.replace("\"lower\"", "\"knee\""), "driver: "),
+        (good.replace("\"lower\"", "\"upper\""), "driver: "),
+        (good.replace("[0, 120]", "[120, 0]"), "degrees: "),
+        (good.replace("\"scale\"", "\"size\""), "size"),
+    ];
+    for (text, culprit) in bad {
+        fs::write(&file, &text).unwrap();
+        let info = ["info", &asset("arm.glb"), "--primitives", path];
+        for error in [refused_bake(&["--primitives", path]), refused(&info)] {
+            for word in ["muscles.json", "\"biceps\"", culprit] {
+                assert!(error.contains(word), "{text}: {error}");
+            }
+        }
+    }
+    fs::write(&file, "[{").unwrap();
+    let error = refused_bake(&["--primitives", path]);
+    assert!(error.contains("muscles.json"), "{error}");
+    let error = refused_bake(&["--primitives", "no/muscles.json"]);
+    assert!(error.contains("no/muscles.json"), "{error}");
+}
+
+#[test]
 fn clips_and_frames_that_do_not_exist_are_named() {
     let error = refused_bake(&["--clip", "moonwalk"]);
     assert!(error.contains("moonwalk"), "{error}");

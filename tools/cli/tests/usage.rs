@@ -35,6 +35,7 @@ fn commands_that_deform_share_their_options() {
         "--profile",
         "--rigid",
         "--magnitude",
+        "--primitives",
         "--subdivide",
         "--cache",
         "--json",
@@ -107,6 +108,7 @@ fn json_on_standard_output_is_alone_there() {
         "joints",
         "clips",
         "extensions",
+        "primitives",
         "warnings",
     ];
     expected.sort_unstable();
@@ -114,6 +116,21 @@ fn json_on_standard_output_is_alone_there() {
     let joints = info["joints"].as_array().unwrap();
     let owned: u64 = joints.iter().map(|j| j["vertices"].as_u64().unwrap()).sum();
     assert_eq!(Some(owned), info["vertices"].as_u64());
+}
+
+#[test]
+fn info_lists_primitives() {
+    let (arm, file) = (asset("arm.glb"), asset("biceps.json"));
+    let text = good(&["info", &arm, "--fields", "--primitives", &file]);
+    let fields = "3 fields, 1 of them a primitive's";
+    assert!(
+        text.contains("primitive \"biceps\"") && text.contains(fields),
+        "{text}"
+    );
+    let json = good(&["info", &arm, "--primitives", &file, "--json", "-"]);
+    let info: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let expected = serde_json::json!([{"name": "biceps", "joint": "upper", "driver": "lower"}]);
+    assert_eq!(info["primitives"], expected);
 }
 
 #[test]
