@@ -30,12 +30,8 @@ layout(push_constant) uniform Constants {
     float stillness; // movement that counts as rest, over the part's radius
 } constants;
 
+#include "shared/carry.glsl"
 #include "shared/motion.glsl"
-
-// A point (w = 1) or a direction (w = 0) carried by three rows of a matrix.
-vec3 carry(uint texel, vec4 x) {
-    return vec3(dot(fetch(palette, texel), x), dot(fetch(palette, texel + 1u), x), dot(fetch(palette, texel + 2u), x));
-}
 
 void main() {
     uint v = gl_GlobalInvocationID.x;

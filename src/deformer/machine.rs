@@ -74,7 +74,7 @@ impl Machine {
                 },
             ) => {
                 let slices = match settings.method {
-                    Method::Tracking => settings.max_substeps as u64,
+                    Method::Tracking => u64::from(settings.max_slices()),
                     _ => 1,
                 };
                 let mut all = plan.steps.clone();
@@ -116,7 +116,7 @@ impl Machine {
         match self {
             Self::Cpu(m) => {
                 m.store.pose(upload);
-                for run in m.plan.runs(upload.rounds()) {
+                for run in m.plan.runs(upload.substeps()) {
                     let steps = &m.plan.steps[run.steps];
                     m.store.run(steps, run.slice as usize);
                 }
@@ -124,7 +124,7 @@ impl Machine {
             }
             Self::Gpu(m) => {
                 m.resources.pose(&mut m.frame, upload)?;
-                let spans = m.plan.runs(upload.rounds()).into_iter().map(|run| Span {
+                let spans = m.plan.runs(upload.substeps()).into_iter().map(|run| Span {
                     steps: run.steps,
                     index: run.slice,
                 });

@@ -32,7 +32,7 @@ use crate::{
 use machine::Machine;
 use pose::PoseUpload;
 use statics::Statics;
-use tracked::Tracking;
+use tracked::{Tracking, rest_faults};
 
 /// Where a deformer runs.
 #[derive(Clone)]
@@ -218,6 +218,7 @@ impl Deformer {
                 .count() as u32,
             jacobi: 0,
             substeps: 1,
+            halved: 0,
             capped: false,
             evaluations: evaluations.sum(),
             fetches: status.iter().map(|s| u64::from(state::fetches(*s))).sum(),
@@ -257,13 +258,15 @@ impl Deformer {
         )?;
         let iso = self.machine.read::<f32>(Resource::IsoValues)?;
         let seeds = Statics::seeds(&self.rig, &iso);
-        let heads = Statics::dispatches(&self.settings, seeds.len());
+        let mut heads = Statics::dispatches(&self.settings, seeds.len());
         let ranks = Statics::seed_ranks(iso.len(), &seeds);
         self.machine.write(Resource::SeedList, &seeds)?;
         self.machine.write(Resource::SeedRanks, &ranks)?;
         if self.settings.method == Method::Tracking {
             let bodies = Statics::bodies(&self.rig, &iso, &ranks);
             self.machine.write(Resource::Bodies, &bodies)?;
+            let directions = self.machine.read::<[f32; 4]>(Resource::Directions)?;
+            heads[plan::rows::REDO as usize].count = rest_faults(&self.rig, &seeds, &directions);
         }
         self.machine.write(Resource::SeedDispatches, &heads)
     }

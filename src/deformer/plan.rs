@@ -68,7 +68,11 @@ pub(super) struct Plan {
     pub(super) begin: Range<usize>,
     /// A round of a sub-step.
     pub(super) round: Range<usize>,
-    /// End of a sub-step.
+    /// Looks for faults after a large sub-step, which is then done again in halves if there are any.
+    pub(super) judge: Range<usize>,
+    /// Begin of a half; does nothing to a skin without faults.
+    pub(super) half: Range<usize>,
+    /// End of a sub-step or of a half.
     pub(super) end: Range<usize>,
     /// Run once, after all sub-steps.
     pub(super) after: Range<usize>,
@@ -84,13 +88,13 @@ pub(super) struct Run {
 impl Plan {
     /// A plan whose steps are all the begin of its only sub-step.
     fn once(steps: Vec<Step>) -> Self {
-        Self::of([vec![], steps, vec![], vec![], vec![]])
+        Self::of([vec![], steps, vec![], vec![], vec![], vec![], vec![]])
     }
 
     /// Sections in the order of the fields.
-    fn of(sections: [Vec<Step>; 5]) -> Self {
+    fn of(sections: [Vec<Step>; 7]) -> Self {
         let mut at = 0;
-        let [before, begin, round, end, after] = [0, 1, 2, 3, 4].map(|i| {
+        let [before, begin, round, judge, half, end, after] = [0, 1, 2, 3, 4, 5, 6].map(|i| {
             let section = at..at + sections[i].len();
             at = section.end;
             section
@@ -100,29 +104,58 @@ impl Plan {
             before,
             begin,
             round,
+            judge,
+            half,
             end,
             after,
         }
     }
 
-    /// The order of the frame whose sub-steps have these numbers of rounds. Slices of a sub-step are counted over the
-    /// sub-steps, those of a round over all rounds.
-    pub(super) fn runs(&self, rounds: &[u32]) -> Vec<Run> {
-        let run = |steps: &Range<usize>, slice: usize| Run {
-            steps: steps.clone(),
-            slice: slice as u32,
-        };
+    /// The order of the frame with these sub-steps. Slices of poses are counted over sub-steps and their halves, those of a
+    /// round over all rounds.
+    pub(super) fn runs(&self, substeps: &[Substep]) -> Vec<Run> {
         let mut runs = vec![run(&self.before, 0)];
-        let mut done = 0;
-        for (substep, &rounds) in rounds.iter().enumerate() {
-            runs.push(run(&self.begin, substep));
-            let all = done..done + rounds as usize;
-            done = all.end;
-            runs.extend(all.map(|k| run(&self.round, k)));
-            runs.push(run(&self.end, substep));
+        let (mut slice, mut round) = (0, 0);
+        for substep in substeps {
+            for part in 0..substep.slices() {
+                let begin = if part == 0 { &self.begin } else { &self.half };
+                runs.push(run(begin, slice));
+                slice += 1;
+                let rounds = round..round + substep.rounds;
+                round = rounds.end;
+                runs.extend(rounds.map(|k| run(&self.round, k)));
+                if part == 0 && substep.halves {
+                    runs.push(run(&self.judge, 0));
+                } else {
+                    runs.push(run(&self.end, 0));
+                }
+            }
         }
         runs.push(run(&self.after, 0));
         runs
+    }
+}
+
+fn run(steps: &Range<usize>, slice: u32) -> Run {
+    Run {
+        steps: steps.clone(),
+        slice,
+    }
+}
+
+/// A sub-step of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Substep {
+    /// Rounds of iterations, of a half as well.
+    pub(super) rounds: u32,
+    /// It is done again in halves where it leaves faults.
+    pub(super) halves: bool,
+}
+
+impl Substep {
+    /// Slices of poses: of the whole, and of its halves.
+    pub(super) fn slices(self) -> u32 {
+        if self.halves { 3 } else { 1 }
     }
 }
 

@@ -3,7 +3,7 @@
 use bytemuck::{bytes_of, cast_slice};
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 
-use super::statics::Statics;
+use super::{plan::Substep, statics::Statics};
 use crate::{
     field::{AtlasLayout, GRID},
     layout::{CELLS, FieldPose, FieldsHead, JointPose, NO_MOTION, pack},
@@ -18,8 +18,8 @@ const RIGID: f64 = 1e-5;
 pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
-    /// Rounds of each slice's sub-step.
-    rounds: Vec<u32>,
+    slices: usize,
+    substeps: Vec<Substep>,
     /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
 }
@@ -35,28 +35,38 @@ impl PoseUpload {
         &self.fields
     }
 
-    /// Rounds of iterations, a number a slice.
-    pub(super) fn rounds(&self) -> &[u32] {
-        &self.rounds
+    /// Sub-steps; slices of halves follow those of the whole.
+    pub(super) fn substeps(&self) -> &[Substep] {
+        &self.substeps
     }
 
     /// The posed fields of the last slice.
     pub(super) fn last_fields(&self) -> &[u8] {
-        let bytes = self.fields.len() / self.rounds.len().max(1);
+        let bytes = self.fields.len() / self.slices.max(1);
         &self.fields[self.fields.len() - bytes..]
     }
 
     /// One slice, from a validated pose.
     pub(super) fn set(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
         self.clear();
-        self.push(rig, statics, layout, None, pose, 0);
+        self.push(rig, statics, layout, None, pose);
+        self.substeps.push(Substep {
+            rounds: 0,
+            halves: false,
+        });
+    }
+
+    /// A sub-step, whose slices have been pushed.
+    pub(super) fn end_substep(&mut self, substep: Substep) {
+        self.substeps.push(substep);
     }
 
     /// No slices.
     pub(super) fn clear(&mut self) {
         self.palette.clear();
         self.fields.clear();
-        self.rounds.clear();
+        self.slices = 0;
+        self.substeps.clear();
     }
 
     /// Adds a slice from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
@@ -67,7 +77,6 @@ impl PoseUpload {
         layout: &AtlasLayout,
         before: Option<&Pose>,
         pose: &Pose,
-        rounds: u32,
     ) {
         let first = self.palette.len();
         self.palette.extend(pose.matrices.iter().map(joint_pose));
@@ -86,9 +95,9 @@ impl PoseUpload {
             joint.change = rows(change);
         }
         self.fields
-            .resize((self.rounds.len() + 1) * statics.fields_bytes(), 0);
+            .resize((self.slices + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, before, pose);
-        self.rounds.push(rounds);
+        self.slices += 1;
     }
 
     fn set_fields(
@@ -111,7 +120,7 @@ impl PoseUpload {
             .reduce(join)
             .unwrap_or((Vec3::ZERO, Vec3::ONE));
         let inverse = CELLS as f32 / (high - low).max(Vec3::splat(1e-6));
-        let first_byte = self.rounds.len() * statics.fields_bytes();
+        let first_byte = self.slices * statics.fields_bytes();
         let head = first_byte + size_of::<FieldsHead>();
         for (i, to_model) in posed.enumerate() {
             let (first, last) = extent(&to_model);

@@ -103,6 +103,7 @@ resources! {
     SlopesA "slopes_a" Transient Transient,
     SlopesB "slopes_b" Transient Transient,
     Goals "goals" Transient Transient,
+    Faults "faults" Transient Transient,
     History "history" Transient Transient,
     SkinPositions "skin_positions" Transient Transient,
     SkinNormals "skin_normals" Transient Transient,

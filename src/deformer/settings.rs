@@ -83,6 +83,11 @@ pub struct Settings {
     pub least_bend_degrees: f32,
     /// Tracking: most sub-steps a frame.
     pub max_substeps: u32,
+    /// Tracking: sub-steps in which a joint turns further than this are looked over for faults, inverted triangles outside
+    /// contacts, and done again in two halves where they left any; degrees.
+    pub halving_degrees: f32,
+    /// Tracking: faults more than at rest that do not matter.
+    pub allowed_faults: u32,
 }
 
 impl Default for Settings {
@@ -99,7 +104,7 @@ impl Default for Settings {
             settling_steps: 24,
             iterations: 36,
             least_iterations: 12,
-            full_turn_degrees: 6.0,
+            full_turn_degrees: 9.0,
             stillness: 2e-5,
             tie: 1e-4,
             loose_tie: 0.03,
@@ -107,14 +112,21 @@ impl Default for Settings {
             substep_degrees: 15.0,
             least_bend_degrees: 30.0,
             max_substeps: 32,
+            halving_degrees: 6.0,
+            allowed_faults: 2,
         }
     }
 }
 
 impl Settings {
+    /// Most slices of poses of a frame of tracking: of sub-steps and of their halves.
+    pub(super) fn max_slices(&self) -> u32 {
+        3 * self.max_substeps
+    }
+
     /// Most rounds of a frame of tracking.
     pub(super) fn max_rounds(&self) -> u32 {
-        self.max_substeps * self.iterations.div_ceil(ROUND)
+        self.max_slices() * self.iterations.div_ceil(ROUND)
     }
 
     /// # Errors
@@ -159,6 +171,7 @@ impl Settings {
                 "least bend",
                 self.least_bend_degrees > 0.0 && self.least_bend_degrees <= 180.0,
             ),
+            ("halving degrees", self.halving_degrees >= 0.0),
             ("sub-steps", (1..=64).contains(&self.max_substeps)),
         ];
         match good.iter().find(|(_, good)| !good) {

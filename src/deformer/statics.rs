@@ -322,6 +322,7 @@ impl Statics {
             self.size::<Dispatch>(r, heads);
         }
         self.size::<Dispatch>(Resource::History, heads * settings.max_rounds() as usize);
+        self.size::<u32>(Resource::Faults, 1);
         self.size::<JointPose>(Resource::Palette, self.joints);
         self.size::<u8>(Resource::Fields, self.fields_bytes());
         self.size::<u32>(

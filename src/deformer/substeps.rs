@@ -12,6 +12,8 @@ pub(super) struct Substeps {
     pub(super) poses: Vec<Pose>,
     /// Rounds of iterations of each.
     pub(super) rounds: u32,
+    /// They are large enough to be done again in halves.
+    pub(super) halves: bool,
     /// More would have been needed than a frame may have.
     pub(super) capped: bool,
 }
@@ -33,6 +35,7 @@ pub(super) fn substeps(
     Ok(Substeps {
         poses: (1..=count).map(pose).collect::<Result<_>>()?,
         rounds: rounds(settings, turned / count as f32),
+        halves: turned / count as f32 > settings.halving_degrees,
         capped: needed > count,
     })
 }
@@ -103,7 +106,7 @@ mod tests {
     fn small_turns_take_fewer_iterations() {
         let settings = Settings::default();
         let at = |degrees| rounds(&settings, degrees) * ROUND;
-        assert_eq!([at(0.0), at(3.0), at(6.0), at(15.0)], [12, 18, 36, 36]);
+        assert_eq!([at(0.0), at(3.0), at(6.0), at(15.0)], [12, 12, 24, 36]);
     }
 
     #[test]

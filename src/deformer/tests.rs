@@ -115,6 +115,7 @@ fn is_integer(r: Resource) -> bool {
             | R::ContactList
             | R::RegionList
             | R::Dispatches
+            | R::Faults
             | R::History
             | R::Around
             | R::Index

@@ -2,7 +2,11 @@
 
 use glam::Vec3;
 
-use super::{Deformer, Method, Resource, plan, substeps::substeps};
+use super::{
+    Deformer, Method, Resource,
+    plan::{self, Substep},
+    substeps::substeps,
+};
 use crate::{
     Error, Result,
     layout::Dispatch,
@@ -144,14 +148,26 @@ impl Deformer {
             &rest
         };
         for pose in &steps.poses {
-            self.upload.push(
-                &self.rig,
-                &self.statics,
-                &layout,
-                Some(before),
-                pose,
-                steps.rounds,
-            );
+            let mut push = |from: &Pose, to: &Pose| {
+                let (rig, statics) = (&self.rig, &self.statics);
+                self.upload.push(rig, statics, &layout, Some(from), to);
+            };
+            push(before, pose);
+            if steps.halves {
+                // The way to the first sub-step of all begins where the roots already are.
+                let from = if std::ptr::eq(before, &rest) {
+                    &start
+                } else {
+                    before
+                };
+                let half = Pose::interpolate(skeleton, from, pose, 0.5)?;
+                push(before, &half);
+                push(&half, pose);
+            }
+            self.upload.end_substep(Substep {
+                rounds: steps.rounds,
+                halves: steps.halves,
+            });
             before = pose;
         }
         self.tracking = Tracking {
@@ -164,22 +180,37 @@ impl Deformer {
     /// Iterations of the last tracked frame.
     pub(super) fn tracking_iterations(&mut self) -> Result<Iterations> {
         let history = self.machine.read::<Dispatch>(Resource::History)?;
-        let rounds: u32 = self.upload.rounds().iter().sum();
-        let heads = history.chunks_exact(plan::rows::COUNT as usize);
+        let substeps = self.upload.substeps();
+        let rounds = substeps.iter().map(|s| (s.rounds * s.slices()) as usize);
+        let heads: Vec<_> = history
+            .chunks_exact(plan::rows::COUNT as usize)
+            .take(rounds.sum())
+            .collect();
         let live = heads
-            .take(rounds as usize)
+            .iter()
             .map(|heads| heads[plan::rows::LIVE as usize].count);
         let run = live.clone().filter(|count| *count > 0).count() as u32;
         let evaluations: u64 = live
             .map(|count| u64::from(count * (plan::ROUND / plan::STRIDE)))
             .sum();
+        // The first round of a first half tells whether there are halves.
+        let mut halved = 0;
+        let mut first = 0;
+        for substep in substeps {
+            let half = first + substep.rounds as usize;
+            first += (substep.rounds * substep.slices()) as usize;
+            let redo = substep.halves && heads[half][plan::rows::REDO as usize].groups[0] > 0;
+            halved += u32::from(redo);
+        }
+        let count = substeps.len() as u32;
         let seeds = self.machine.read::<Dispatch>(Resource::SeedDispatches)?[0].count;
         Ok(Iterations {
             newton_mean: evaluations as f64 / f64::from(seeds.max(1)),
             newton_max: run * (plan::ROUND / plan::STRIDE),
             rounds: run,
             jacobi: run * plan::ROUND,
-            substeps: self.upload.rounds().len() as u32,
+            substeps: count,
+            halved,
             capped: self.tracking.capped,
             evaluations,
             fetches: 0,
@@ -197,4 +228,18 @@ fn at_root(rig: &Rig, pose: &Pose) -> Pose {
         };
     }
     start
+}
+
+/// Vertices at rest with a triangle whose normal faces along the gradient (`shaders/judge.comp`).
+pub(super) fn rest_faults(rig: &Rig, seeds: &[u32], directions: &[[f32; 4]]) -> u32 {
+    let place = |v: u32| rig.mesh.positions[v as usize];
+    let inverted = |v: &&u32| {
+        let (x, inward) = (place(**v), Vec3::from_slice(&directions[**v as usize]));
+        let corners = rig.mesh.corners.row(**v as usize).chunks_exact(2);
+        let normals = corners.map(|c| (place(c[0]) - x).cross(place(c[1]) - x));
+        normals
+            .into_iter()
+            .any(|n| n.dot(inward) > 0.5 * n.length())
+    };
+    seeds.iter().filter(inverted).count() as u32
 }

@@ -134,6 +134,9 @@ pub struct Iterations {
     pub jacobi: u32,
     /// Sub-steps of the frame.
     pub substeps: u32,
+    /// Sub-steps that were done again in two halves, because the whole left faults.
+    #[serde(default)]
+    pub halved: u32,
     /// The frame would have needed more sub-steps than it may have.
     #[serde(default)]
     pub capped: bool,

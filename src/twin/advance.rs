@@ -1,10 +1,10 @@
 //! Twin of `shaders/advance.comp`.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::{
     Args,
-    shared::{field::Boxes, motion::Motions, relaxation::at, set},
+    shared::{carry::carry, field::Boxes, motion::Motions, relaxation::at, set},
 };
 use crate::{
     layout::{JointPose, Vertex},
@@ -60,9 +60,4 @@ pub fn run(args: &mut Args<'_>) {
             set::enter(live_set, rank as u32);
         }
     }
-}
-
-/// A point (w = 1) or a direction (w = 0) carried by three rows of a matrix.
-fn carry(rows: &[[f32; 4]; 3], x: Vec4) -> Vec3 {
-    Vec3::from_array(rows.map(|r| Vec4::from_array(r).dot(x)))
 }

@@ -1,6 +1,6 @@
 //! A frame of iso-surface tracking (2014, section 5).
 
-use super::{Plan, Resource, Settings, Sizes, Step, steps::*};
+use super::{Extent, Plan, Resource, Settings, Sizes, Step, steps::*};
 
 const TRACKS: [Resource; 3] = [Resource::TrackA, Resource::TrackB, Resource::TrackC];
 const SLOPES: [Resource; 2] = [Resource::SlopesA, Resource::SlopesB];
@@ -18,7 +18,10 @@ pub(in crate::deformer) mod rows {
     pub(in crate::deformer) const CONTACTS: u32 = 2;
     /// Around the contacts.
     pub(in crate::deformer) const REGION: u32 = 3;
-    pub(in crate::deformer) const COUNT: u32 = 4;
+    /// What begins the halves of a sub-step: none of its workgroups where there are no faults. Its count is the number of
+    /// faults at rest.
+    pub(in crate::deformer) const REDO: u32 = 4;
+    pub(in crate::deformer) const COUNT: u32 = 5;
 }
 
 /// The frame: sub-steps of rounds, then the skin of their end.
@@ -33,6 +36,8 @@ pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
         ],
         advanced(sizes, settings),
         round(sizes, settings),
+        judged(sizes, settings),
+        halved(sizes, settings),
         vec![
             Step::Copy(TRACKS[0], Resource::Tracked),
             Step::Copy(TRACKS[2], Resource::TrackedBefore),
@@ -50,7 +55,28 @@ fn advanced(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     steps.push(skin_welded(sizes));
     steps.extend(index(sizes));
     steps.push(Step::Clear(Resource::LiveSet));
-    steps.push(advance(sizes, settings));
+    let all = Extent::Items(sizes.vertices);
+    steps.push(advance(sizes, settings, all));
+    steps.push(goals(sizes));
+    steps
+}
+
+/// Looks for faults.
+fn judged(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+    vec![
+        Step::Clear(Resource::Faults),
+        judge(TRACKS[0], SLOPES[0]),
+        redo(sizes, settings),
+    ]
+}
+
+/// As a sub-step begins, but the skin is only carried on, from where it was, if there were faults. Without them, nothing lives
+/// in the rounds that follow.
+fn halved(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+    let mut steps = vec![take_palette(), take_fields(), skin_welded(sizes)];
+    steps.extend(index(sizes));
+    steps.push(Step::Clear(Resource::LiveSet));
+    steps.push(advance(sizes, settings, Extent::Indirect(rows::REDO)));
     steps.push(goals(sizes));
     steps
 }

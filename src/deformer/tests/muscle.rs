@@ -35,7 +35,7 @@ fn bent(rig: &Rig, degrees: f32, turn: f32) -> Pose {
 fn posed(rig: &Rig, statics: &Statics, poses: [Option<&Pose>; 2]) -> Vec<FieldPose> {
     let layout = atlas_layout(rig.fields.len(), 2048).unwrap();
     let mut upload = PoseUpload::default();
-    upload.push(rig, statics, &layout, poses[0], poses[1].unwrap(), 0);
+    upload.push(rig, statics, &layout, poses[0], poses[1].unwrap());
     let fields: &[FieldPose] = cast_slice(&upload.last_fields()[size_of::<FieldsHead>()..]);
     let mut rows: Vec<(u32, FieldPose)> =
         statics.order.iter().copied().zip(fields.to_vec()).collect();

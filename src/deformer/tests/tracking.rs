@@ -2,12 +2,17 @@
 
 use glam::Vec3;
 
+use std::sync::Arc;
+
+use glam::Mat4;
+
 use super::{gpu, rig};
 use crate::{
-    deformer::{Deformer, Device, Method, Settings, statics::Statics},
+    deformer::{Deformer, Device, Method, Settings, Skin, statics::Statics},
     layout::{NO_SEED, state},
     mesh::Mesh,
-    rig::{Pose, Rig},
+    report::Progress,
+    rig::{Options, Pose, Rig},
 };
 
 fn bent(rig: &Rig, degrees: f32) -> Pose {
@@ -108,4 +113,47 @@ fn the_freedom_to_slide_ends_where_the_skin_is_rigid() {
     let bodies = Statics::bodies(&rig, &[0.5; 4], &[0, 1, 2, NO_SEED]);
     assert_eq!(bodies[1], [0.5, 0.5, 0.75, 1.0]);
     assert_eq!([0, 2, 3].map(|v| bodies[v][2]), [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_step_that_leads_through_another_part_is_done_again_in_halves() {
+    let Some(gpu) = gpu() else { return };
+    let model = crate::asset::load(std::path::Path::new("assets/arm.glb")).unwrap();
+    let rig = Rig::prepare(&model, &Options::default(), &|_: Progress| {}).unwrap();
+    let rig = Arc::new(rig);
+    let lower = rig.skeleton.find("lower").unwrap();
+    let mut local = vec![Mat4::IDENTITY; rig.skeleton.joints.len()];
+    local[lower] = Mat4::from_rotation_z(150f32.to_radians());
+    let bent = Pose::from_local(&rig.skeleton, &local).unwrap();
+    let mut settings = Settings {
+        method: Method::Tracking,
+        substep_degrees: 50.0,
+        ..Settings::default()
+    };
+    let mut play = |halving_degrees: f32| {
+        settings.halving_degrees = halving_degrees;
+        let mut deformer =
+            Deformer::new(&Device::Gpu(gpu.clone()), rig.clone(), &settings).unwrap();
+        deformer.advance(&bent).unwrap();
+        let iterations = deformer.iterations().unwrap();
+        assert_eq!(iterations.substeps, 3);
+        (deformer.read().unwrap(), iterations)
+    };
+    let ((whole, plain), (halves, redone)) = (play(180.0), play(6.0));
+    assert_eq!(plain.halved, 0);
+    assert!(redone.halved > 0 && redone.evaluations > plain.evaluations);
+    // Skin of the far side: longer edges than any other.
+    let longest = |skin: &Skin| {
+        let triangles = rig.rows.triangles.iter();
+        let edges = triangles.flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+        let stretch = edges.map(|[a, b]| {
+            let at = |row: u32| skin.positions[row as usize];
+            let rest = |row: u32| rig.mesh.positions[rig.rows.vertex[row as usize] as usize];
+            at(a).distance(at(b)) / rest(a).distance(rest(b))
+        });
+        stretch.fold(0.0, f32::max)
+    };
+    let (whole, halves) = (longest(&whole), longest(&halves));
+    assert!(halves < 0.5 * whole, "{halves} {whole}");
+    assert_eq!(gpu.validation_messages(), Vec::<String>::new());
 }

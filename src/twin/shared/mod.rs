@@ -1,5 +1,6 @@
 //! Twins of the included shader files (`shaders/shared`).
 
+pub mod carry;
 pub mod field;
 pub mod list;
 pub mod motion;

@@ -2,7 +2,7 @@
 
 use super::{composed, dispatch, with_field};
 use crate::{
-    deformer::plan::{Extent, Pass, Resource, Settings, Sizes, Step},
+    deformer::plan::{Extent, Pass, Resource, Settings, Sizes, Step, rows},
     pass, twin,
 };
 
@@ -70,7 +70,11 @@ pub(in crate::deformer::plan) fn slide(i: &Iteration) -> Step {
     dispatch(pass!(slide), &bind, &constants, Extent::Indirect(i.head))
 }
 
-pub(in crate::deformer::plan) fn advance(sizes: &Sizes, settings: &Settings) -> Step {
+pub(in crate::deformer::plan) fn advance(
+    sizes: &Sizes,
+    settings: &Settings,
+    extent: Extent,
+) -> Step {
     let constants = pass::advance::Constants {
         vertices: sizes.vertices,
         width: sizes.width,
@@ -99,7 +103,6 @@ pub(in crate::deformer::plan) fn advance(sizes: &Sizes, settings: &Settings) -> 
         Resource::Fields,
         Resource::Index,
     ];
-    let extent = Extent::Items(sizes.vertices);
     dispatch(pass!(advance), &bind, &constants, extent)
 }
 
@@ -149,4 +152,38 @@ pub(in crate::deformer::plan) fn settle(
     ]);
     let extent = Extent::Indirect(head);
     composed(dispatch(pass!(settle), &bind, &constants, extent), sizes)
+}
+
+/// Counts the faults of a track.
+pub(in crate::deformer::plan) fn judge(tracks: Resource, slopes: Resource) -> Step {
+    let constants = pass::judge::Constants {
+        dispatch: rows::SEEDS,
+    };
+    let bind = [
+        Resource::SeedList,
+        Resource::Dispatches,
+        Resource::CornerOffsets,
+        Resource::Corners,
+        Resource::Bodies,
+        tracks,
+        slopes,
+        Resource::Fields,
+        Resource::Tracked,
+        Resource::Vertices,
+        Resource::Palette,
+        Resource::Faults,
+    ];
+    let extent = Extent::Indirect(rows::SEEDS);
+    dispatch(pass!(judge), &bind, &constants, extent)
+}
+
+/// Decides whether the sub-step is done again.
+pub(in crate::deformer::plan) fn redo(sizes: &Sizes, settings: &Settings) -> Step {
+    let constants = pass::redo::Constants {
+        redo: rows::REDO,
+        vertices: sizes.vertices,
+        allowed: settings.allowed_faults,
+    };
+    let bind = [Resource::Faults, Resource::Dispatches];
+    dispatch(pass!(redo), &bind, &constants, Extent::Groups([1, 1, 1]))
 }
