@@ -6,8 +6,9 @@ use clap::ValueEnum;
 use dermis::{
     Error, Result,
     asset::{self, Model, MorphAnimation, MorphFrame, PlyFrame},
-    deformer::Skin,
+    deformer::{Method, Skin},
     gpu::Profile,
+    report::Iterations,
     rig,
 };
 use glam::Quat;
@@ -97,6 +98,9 @@ struct FrameReport {
     #[serde(flatten)]
     settled: Settled,
     settled_share: Option<f64>,
+    /// Of tracking.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iterations: Option<Iterations>,
     ms: f64,
 }
 
@@ -138,9 +142,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let skin = deformer.read()?;
         let ms = begin.elapsed().as_secs_f64() * 1e3;
         check_finite(&skin, frame)?;
-        report.frames.push(describe(frame, &skin, ms));
+        let iterations = match method {
+            Method::Tracking => Some(deformer.iterations()?),
+            _ => None,
+        };
+        report.frames.push(describe(frame, &skin, iterations, ms));
         writer.write(row, frame, skin)?;
     }
+    warn_of_cap(&report, &console)?;
     session.finish()?;
     writer.finish(&session.model, args.rig.subdivide)?;
     console.text(summary(&report))?;
@@ -178,14 +187,28 @@ fn check_finite(skin: &Skin, frame: &Frame) -> Result<()> {
     })
 }
 
-fn describe(frame: &Frame, skin: &Skin, ms: f64) -> FrameReport {
+fn describe(frame: &Frame, skin: &Skin, iterations: Option<Iterations>, ms: f64) -> FrameReport {
     let settled = Settled::of(skin);
     FrameReport {
         frame: frame.number,
         seconds: frame.seconds,
         settled,
         settled_share: settled.share(),
+        iterations,
         ms,
+    }
+}
+
+/// Says where poses were too far apart for the sub-steps that a frame may have.
+fn warn_of_cap(report: &Report, console: &Console) -> Result<()> {
+    let capped = |f: &&FrameReport| f.iterations.is_some_and(|i| i.capped);
+    let count = report.frames.iter().filter(capped).count();
+    match report.frames.iter().find(capped) {
+        Some(first) => console.note(format_args!(
+            "warning: {count} frames, first {}, turn further than their sub-steps should: skin may pass through skin",
+            first.frame
+        )),
+        None => Ok(()),
     }
 }
 

@@ -74,6 +74,25 @@ struct Iterations {
     newton_mean: f64,
     newton_max: u32,
     substeps_mean: f64,
+    /// Jacobi iterations a sub-step until nothing moved, or all that it may have.
+    jacobi_mean: f64,
+    /// Sub-steps done again in halves.
+    halved: u32,
+    /// Frames that would have needed more sub-steps than they may have.
+    capped: u32,
+}
+
+impl Iterations {
+    /// A line on what only tracking has.
+    fn tracking(&self) -> String {
+        if self.jacobi_mean == 0.0 {
+            return String::new();
+        }
+        format!(
+            "\n{:.1} sub-steps a frame of {:.1} iterations each; {} done again in halves, {} frames at the cap",
+            self.substeps_mean, self.jacobi_mean, self.halved, self.capped
+        )
+    }
 }
 
 /// Wall-clock of frames with and without timestamps.
@@ -221,8 +240,10 @@ impl Report {
         let iterations = &self.iterations;
         format!(
             "{per_vertex:.0} ns a vertex and frame ({welded:.0} a welded one), wall p50\n\
-             {:.2} field evaluations a projected vertex on average, {} at most",
-            iterations.newton_mean, iterations.newton_max
+             {:.2} field evaluations a projected vertex on average, {} at most{}",
+            iterations.newton_mean,
+            iterations.newton_max,
+            iterations.tracking()
         )
     }
 
@@ -338,6 +359,12 @@ fn iterations(samples: &Samples) -> Iterations {
         newton_mean: mean(samples, |i| i.newton_mean).unwrap_or(0.0),
         newton_max: max.unwrap_or(0),
         substeps_mean: mean(samples, |i| f64::from(i.substeps)).unwrap_or(0.0),
+        jacobi_mean: mean(samples, |i| {
+            f64::from(i.jacobi) / f64::from(i.substeps.max(1))
+        })
+        .unwrap_or(0.0),
+        halved: samples.iterations.iter().map(|i| i.halved).sum(),
+        capped: samples.iterations.iter().map(|i| u32::from(i.capped)).sum(),
     }
 }
 
