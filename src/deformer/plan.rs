@@ -66,8 +66,10 @@ pub(super) struct Plan {
     pub(super) before: Range<usize>,
     /// Begin of a sub-step.
     pub(super) begin: Range<usize>,
-    /// A round of a sub-step.
+    /// A round of a sub-step that another follows.
     pub(super) round: Range<usize>,
+    /// The last round of a sub-step.
+    pub(super) last_round: Range<usize>,
     /// Looks for faults after a large sub-step, which is then done again in halves if there are any.
     pub(super) judge: Range<usize>,
     /// Begin of a half; does nothing to a skin without faults.
@@ -88,22 +90,33 @@ pub(super) struct Run {
 impl Plan {
     /// A plan whose steps are all the begin of its only sub-step.
     fn once(steps: Vec<Step>) -> Self {
-        Self::of([vec![], steps, vec![], vec![], vec![], vec![], vec![]])
+        Self::of([
+            vec![],
+            steps,
+            vec![],
+            vec![],
+            vec![],
+            vec![],
+            vec![],
+            vec![],
+        ])
     }
 
     /// Sections in the order of the fields.
-    fn of(sections: [Vec<Step>; 7]) -> Self {
+    fn of(sections: [Vec<Step>; 8]) -> Self {
         let mut at = 0;
-        let [before, begin, round, judge, half, end, after] = [0, 1, 2, 3, 4, 5, 6].map(|i| {
-            let section = at..at + sections[i].len();
-            at = section.end;
-            section
-        });
+        let [before, begin, round, last_round, judge, half, end, after] =
+            std::array::from_fn(|i| {
+                let section = at..at + sections[i].len();
+                at = section.end;
+                section
+            });
         Self {
             steps: sections.concat(),
             before,
             begin,
             round,
+            last_round,
             judge,
             half,
             end,
@@ -123,7 +136,10 @@ impl Plan {
                 slice += 1;
                 let rounds = round..round + substep.rounds;
                 round = rounds.end;
-                runs.extend(rounds.map(|k| run(&self.round, k)));
+                runs.extend(rounds.map(|k| {
+                    let last = k + 1 == round;
+                    run(if last { &self.last_round } else { &self.round }, k)
+                }));
                 if part == 0 && substep.halves {
                     runs.push(run(&self.judge, 0));
                 } else {

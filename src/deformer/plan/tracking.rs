@@ -35,7 +35,8 @@ pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
             Step::Clear(Resource::BetaB),
         ],
         advanced(sizes, settings),
-        round(sizes, settings),
+        round(sizes, settings, false),
+        round(sizes, settings, true),
         judged(sizes, settings),
         halved(sizes, settings),
         vec![
@@ -81,8 +82,8 @@ fn halved(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     steps
 }
 
-/// Iterates on what moves against its joint, and finds what still does.
-fn round(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+/// Iterates on what moves against its joint; finds what still does, unless this is the last round.
+fn round(sizes: &Sizes, settings: &Settings, last: bool) -> Vec<Step> {
     let mut steps = vec![
         compact(sizes, Resource::LiveSet, Resource::LiveA, rows::LIVE),
         Step::Keep(Resource::Dispatches, Resource::History),
@@ -98,7 +99,7 @@ fn round(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
             tracks: TRACKS[(k + 1) % 3],
             slopes: [SLOPES[evaluations % 2], SLOPES[(evaluations + 1) % 2]],
             omega: omega(settings.spectral_radius),
-            enter: k + 1 == ROUND as usize,
+            enter: k + 1 == ROUND as usize && !last,
         };
         steps.push(if (k as u32 + 1).is_multiple_of(STRIDE) {
             track(sizes, settings, &iteration)
