@@ -41,9 +41,6 @@ const uint FRESH = 1u; // no anchor from an earlier call
 const uint LAST = 2u; // survivors have hit the iteration limit
 const uint HOLD = 4u; // vertices in contact stay where they are and are only measured; new ones stay at their anchor
 
-const float STEP = 0.1; // longest step over the part's radius
-const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
-const float PIT = 1e-5; // growth of |f − iso| that rounding explains
 const float SIDEWAYS = 0.35; // |cosine| between the gradient and its direction at rest, carried along, that is neither way
 const float DEEP = 0.02; // |f − iso| from which on sideways steps lead astray
 const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
@@ -95,7 +92,7 @@ void main() {
                 } else if (steep * radius < FLAT) {
                     state = OUTSIDE;
                 } else if (s < constants.steps) {
-                    x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, STEP * radius);
+                    x += shorten(constants.sigma * (iso - sampled.x) / (steep * steep) * g, LEAP * radius);
                     x = home + shorten(x - home, radius);
                 } else {
                     state = LIMIT;

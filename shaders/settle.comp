@@ -26,10 +26,7 @@ layout(push_constant) uniform Constants {
     float cos_contact; // cosine of the angle that counts as a discontinuity
 } constants;
 
-const float LEAP = 0.1; // longest step over the radius
-const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
 const float EMPTY = 1e-4; // f below which a place without direction is outside
-const float PIT = 1e-5; // growth of |f − iso| that rounding explains
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {

@@ -7,6 +7,10 @@ vec3 shorten(vec3 d, float limit) {
     return l > limit ? d * (limit / l) : d;
 }
 
+const float LEAP = 0.1; // longest step over the radius
+const float FLAT = 1e-3; // |∇f| r below which there is no direction to go
+const float PIT = 1e-5; // growth of |f − iso| that rounding explains
+
 // Curvature of a field across a contact sheet, over its squared radius.
 const float VALLEY = 10.0;
 // Least |∇f| r that is divided by.

@@ -1,5 +1,5 @@
 // A Jacobi step on the relaxation energy (2014, Eq. 3) within the tangent plane (Eq. 4), extrapolated by the second-order
-// semi-iteration. The including shader declares ring_offsets, rings, ring_weights, goals, starts and befores before.
+// semi-iteration. The including shader includes newton.glsl and declares ring_offsets, rings, ring_weights, goals, starts and befores before.
 #ifndef DERMIS_RELAXATION
 #define DERMIS_RELAXATION
 
@@ -7,7 +7,6 @@
 // extrapolation lets grow.
 const float WEIGHT = 0.9;
 const float SLIDE = 0.3; // longest Jacobi step over the radius
-const float LEAP = 0.1; // longest extrapolation and Newton step
 
 // Where vertex v slides from its start, beside a normal that is 0 where there is no tangent plane.
 vec3 relaxed(uint v, vec3 normal, float freedom, float omega, float radius) {

@@ -24,7 +24,7 @@ impl Controller {
         }
     }
 
-    /// Contact of any depth once two surfaces fold, full from 70° on: the contact line reaches as far into a fold as the skin
+    /// Contact once two surfaces fold, from 18° on and full from 73° on: the contact line reaches as far into a fold as the skin
     /// does, so that the skin is not piled up at its tip. The default of tracking.
     pub fn fold() -> Self {
         Self {

@@ -18,6 +18,15 @@ pub(super) struct Substeps {
     pub(super) capped: bool,
 }
 
+impl Substeps {
+    /// Poses in the middle of each sub-step from `start` on; none where the sub-steps are too small for halves.
+    pub(super) fn halves(&self, skeleton: &Skeleton, start: &Pose) -> Result<Vec<Pose>> {
+        let pairs = std::iter::once(start).chain(&self.poses).zip(&self.poses);
+        let half = |(a, b): (&Pose, &Pose)| Pose::interpolate(skeleton, a, b, 0.5);
+        pairs.filter(|_| self.halves).map(half).collect()
+    }
+}
+
 /// The sub-steps between two validated poses.
 pub(super) fn substeps(
     skeleton: &Skeleton,

@@ -19,7 +19,8 @@ use crate::{
 /// Belongs to the rig and the settings of the deformer that saved it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedState {
-    pose: Pose,
+    /// None where the next pose is reached from rest.
+    pose: Option<Pose>,
     /// Welded vertices in model space; w: movement in the last iteration, over the radius.
     tracked: Vec<[f32; 4]>,
     /// The same one iteration ago.
@@ -31,9 +32,9 @@ pub struct TrackedState {
 }
 
 impl TrackedState {
-    /// The pose that the skin follows.
-    pub fn pose(&self) -> &Pose {
-        &self.pose
+    /// The pose that the skin follows; none where it is at rest and the next pose is reached from there.
+    pub fn pose(&self) -> Option<&Pose> {
+        self.pose.as_ref()
     }
 
     /// Positions of the welded vertices in model space, before they are smoothed at contacts.
@@ -45,7 +46,7 @@ impl TrackedState {
         let positions = rig.mesh.positions.iter();
         let tracked: Vec<[f32; 4]> = positions.map(|p| p.extend(0.0).to_array()).collect();
         Self {
-            pose: Pose::rest(&rig.skeleton),
+            pose: None,
             before: tracked.clone(),
             // Without a slope the first evaluation comes before the first slide.
             slopes: vec![[0.0; 4]; tracked.len()],
@@ -60,7 +61,10 @@ impl TrackedState {
             rows.len() == vertices && rows.iter().flatten().all(|x| x.is_finite())
         };
         let all = [&self.tracked, &self.before, &self.slopes];
-        all.into_iter().all(fits) && self.around.len() == vertices
+        let posed = self.pose.as_ref();
+        all.into_iter().all(fits)
+            && self.around.len() == vertices
+            && posed.is_none_or(|pose| pose.validate(&rig.skeleton).is_ok())
     }
 }
 
@@ -95,9 +99,8 @@ impl Deformer {
         if self.settings.method != Method::Tracking {
             return Ok(None);
         }
-        let rest = || Pose::rest(&self.rig.skeleton);
         Ok(Some(TrackedState {
-            pose: self.tracking.pose.clone().unwrap_or_else(rest),
+            pose: self.tracking.pose.clone(),
             tracked: self.machine.read(Resource::Tracked)?,
             before: self.machine.read(Resource::TrackedBefore)?,
             slopes: self.machine.read(Resource::TrackedSlopes)?,
@@ -114,11 +117,11 @@ impl Deformer {
         if self.settings.method != Method::Tracking {
             return Err(Error::argument("state", "only tracking has one"));
         }
-        if !state.fits(&self.rig) || state.pose.validate(&self.rig.skeleton).is_err() {
+        if !state.fits(&self.rig) {
             return Err(Error::argument("state", "it is of another character"));
         }
         self.put_state(state)?;
-        self.tracking.pose = Some(state.pose.clone());
+        self.tracking.pose = state.pose.clone();
         Ok(())
     }
 
@@ -132,43 +135,30 @@ impl Deformer {
 
     /// Fills the upload with the sub-steps to a validated pose.
     pub(super) fn upload_substeps(&mut self, pose: &Pose) -> Result<()> {
-        let skeleton = &self.rig.skeleton;
-        let start = match &self.tracking.pose {
-            Some(pose) => pose.clone(),
-            None => at_root(&self.rig, pose),
-        };
+        let (rig, skeleton) = (&self.rig, &self.rig.skeleton);
+        let tracked = &self.tracking.pose;
+        let start = tracked.clone().unwrap_or_else(|| at_root(rig, pose));
         let steps = substeps(skeleton, &self.settings, &start, pose)?;
+        let halves = steps.halves(skeleton, &start)?;
         let layout = self.machine.layout();
         self.upload.clear();
         // At rest the tracked skin is not yet where the root carries it.
-        let rest = Pose::rest(skeleton);
-        let mut before = if self.tracking.pose.is_some() {
-            &start
-        } else {
-            &rest
-        };
-        for pose in &steps.poses {
+        let mut before = tracked.clone().unwrap_or_else(|| Pose::rest(skeleton));
+        for (row, pose) in steps.poses.iter().enumerate() {
             let mut push = |from: &Pose, to: &Pose| {
-                let (rig, statics) = (&self.rig, &self.statics);
-                self.upload.push(rig, statics, &layout, Some(from), to);
+                self.upload
+                    .push(rig, &self.statics, &layout, Some(from), to);
             };
-            push(before, pose);
-            if steps.halves {
-                // The way to the first sub-step of all begins where the roots already are.
-                let from = if std::ptr::eq(before, &rest) {
-                    &start
-                } else {
-                    before
-                };
-                let half = Pose::interpolate(skeleton, from, pose, 0.5)?;
-                push(before, &half);
-                push(&half, pose);
+            push(&before, pose);
+            if let Some(half) = halves.get(row) {
+                push(&before, half);
+                push(half, pose);
             }
             self.upload.end_substep(Substep {
                 rounds: steps.rounds,
                 halves: steps.halves,
             });
-            before = pose;
+            before.clone_from(pose);
         }
         self.tracking = Tracking {
             pose: Some(pose.clone()),

@@ -1,13 +1,13 @@
 //! Volumes of a rig's operators, kept in its cache where they take long.
 
-use std::sync::OnceLock;
+use std::{convert::Infallible, sync::OnceLock};
 
 use super::{
     Rig,
     cache::{self, Entry, Key},
 };
 use crate::{
-    Result,
+    Error, Result,
     compose::{Operator, Profile, Volume, profile_volume, volume},
 };
 
@@ -25,8 +25,8 @@ impl Rig {
             return volume(operator, magnitude);
         }
         let key = Key::builder("bulge").pods(&[magnitude]).finish();
-        self.kept(&key, || Ok(volume(operator, magnitude)))
-            .unwrap_or_else(|_: crate::Error| unreachable!("sampling a bulge does not fail"))
+        let Ok(kept) = self.kept(&key, || Ok::<_, Infallible>(volume(operator, magnitude)));
+        kept
     }
 
     /// An operator's volume in tracking, by its profile: contact where it is neither a bulge nor the user's profile.
@@ -47,13 +47,14 @@ impl Rig {
                 return Ok(CONTACT.get_or_init(|| made).clone());
             }
         };
-        let text = serde_json::to_string(&profile).unwrap_or_default();
+        let text = serde_json::to_string(&profile);
+        let text = text.map_err(|e| Error::argument("profile", e.to_string()))?;
         let key = Key::builder("profile").text(&text).finish();
         self.kept(&key, || profile_volume(&profile))
     }
 
     /// A volume from the rig's cache, or made and put there.
-    fn kept(&self, key: &Key, make: impl FnOnce() -> Result<Volume>) -> Result<Volume> {
+    fn kept<E>(&self, key: &Key, make: impl FnOnce() -> Result<Volume, E>) -> Result<Volume, E> {
         let Some(dir) = &self.cache else {
             return make();
         };

@@ -5,16 +5,19 @@ use rayon::prelude::*;
 
 use super::{
     Args,
-    shared::{field::Composite, list, newton::shorten, rotation::rotate, set},
+    shared::{
+        field::Composite,
+        list,
+        newton::{FLAT, LEAP, PIT, shorten},
+        rotation::rotate,
+        set,
+    },
 };
 use crate::{
     layout::{Vertex, state},
     pass::project::{Constants, FRESH, HOLD},
 };
 
-const STEP: f32 = 0.1;
-const FLAT: f32 = 1e-3;
-const PIT: f32 = 1e-5;
 const SIDEWAYS: f32 = 0.35;
 const DEEP: f32 = 0.02;
 const RELAXED_PIT: f32 = 0.02;
@@ -132,7 +135,7 @@ fn march(
         } else if steep * radius < FLAT {
             now = state::OUTSIDE;
         } else if s < c.steps {
-            m.x += shorten(c.sigma * (iso - f) / (steep * steep) * g, STEP * radius);
+            m.x += shorten(c.sigma * (iso - f) / (steep * steep) * g, LEAP * radius);
             m.x = home + shorten(m.x - home, radius);
         } else {
             now = state::LIMIT;

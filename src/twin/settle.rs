@@ -5,14 +5,16 @@ use rayon::prelude::*;
 
 use super::{
     Args,
-    shared::{field::Composite, list, newton::shorten, set},
+    shared::{
+        field::Composite,
+        list,
+        newton::{FLAT, LEAP, PIT, shorten},
+        set,
+    },
 };
 use crate::{layout::state, pass::settle::Constants};
 
-const LEAP: f32 = 0.1;
-const FLAT: f32 = 1e-3;
 const EMPTY: f32 = 1e-4;
-const PIT: f32 = 1e-5;
 
 /// Where a vertex ends: its place, the field there, its status word.
 struct End {

@@ -7,8 +7,8 @@ use super::{
     shared::{
         field::Composite,
         list,
-        newton::newton,
-        relaxation::{LEAP, Relaxation, at, normal},
+        newton::{LEAP, newton},
+        relaxation::{Relaxation, at, normal},
         set,
     },
 };

@@ -4,16 +4,12 @@ use super::{Resource, Settings, Sizes, Step, steps::*};
 use crate::pass;
 
 pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
-    let mut steps = vec![
-        Step::Clear(Resource::Status),
-        Step::Clear(Resource::ContactSet),
-        Step::Clear(Resource::RegionSet),
-        Step::Clear(Resource::BetaA),
-        Step::Clear(Resource::BetaB),
+    let mut steps = clear_skin().to_vec();
+    steps.extend([
         Step::Copy(Resource::SeedDispatches, Resource::Dispatches),
         skin_welded(sizes),
         Step::Copy(Resource::Geometric, Resource::Positions),
-    ];
+    ]);
     steps.extend(index(sizes));
     march(&mut steps, sizes, settings);
     smooth_contacts(&mut steps, sizes, settings);

@@ -314,6 +314,18 @@ pub(super) fn scatter(sizes: &Sizes) -> Step {
     )
 }
 
+/// Clears what a frame says of its skin.
+pub(super) fn clear_skin() -> [Step; 5] {
+    [
+        Resource::Status,
+        Resource::ContactSet,
+        Resource::RegionSet,
+        Resource::BetaA,
+        Resource::BetaB,
+    ]
+    .map(Step::Clear)
+}
+
 /// The palette of the sub-step.
 pub(super) fn take_palette() -> Step {
     Step::Take(Resource::PaletteRing, Resource::Palette)

@@ -27,14 +27,8 @@ pub(in crate::deformer) mod rows {
 /// The frame: sub-steps of rounds, then the skin of their end.
 pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
     let sections = [
-        vec![
-            Step::Clear(Resource::Status),
-            Step::Clear(Resource::ContactSet),
-            Step::Clear(Resource::RegionSet),
-            Step::Clear(Resource::BetaA),
-            Step::Clear(Resource::BetaB),
-        ],
-        advanced(sizes, settings),
+        clear_skin().to_vec(),
+        begin(sizes, settings),
         round(sizes, settings, false),
         round(sizes, settings, true),
         judged(sizes, settings),
@@ -49,15 +43,19 @@ pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
     Plan::of(sections)
 }
 
-/// Carries the skin on to the pose of a sub-step.
-fn advanced(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
-    let mut steps = vec![take_palette(), take_fields()];
-    steps.push(Step::Copy(Resource::SeedDispatches, Resource::Dispatches));
-    steps.push(skin_welded(sizes));
+/// Begins a sub-step.
+fn begin(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
+    let mut steps = vec![Step::Copy(Resource::SeedDispatches, Resource::Dispatches)];
+    steps.extend(carried(sizes, settings, Extent::Items(sizes.vertices)));
+    steps
+}
+
+/// Carries the skin on to the next pose.
+fn carried(sizes: &Sizes, settings: &Settings, extent: Extent) -> Vec<Step> {
+    let mut steps = vec![take_palette(), take_fields(), skin_welded(sizes)];
     steps.extend(index(sizes));
     steps.push(Step::Clear(Resource::LiveSet));
-    let all = Extent::Items(sizes.vertices);
-    steps.push(advance(sizes, settings, all));
+    steps.push(advance(sizes, settings, extent));
     steps.push(goals(sizes));
     steps
 }
@@ -74,12 +72,7 @@ fn judged(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
 /// As a sub-step begins, but the skin is only carried on, from where it was, if there were faults. Without them, nothing lives
 /// in the rounds that follow.
 fn halved(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
-    let mut steps = vec![take_palette(), take_fields(), skin_welded(sizes)];
-    steps.extend(index(sizes));
-    steps.push(Step::Clear(Resource::LiveSet));
-    steps.push(advance(sizes, settings, Extent::Indirect(rows::REDO)));
-    steps.push(goals(sizes));
-    steps
+    carried(sizes, settings, Extent::Indirect(rows::REDO))
 }
 
 /// Iterates on what moves against its joint; finds what still does, unless this is the last round.

@@ -2,6 +2,12 @@
 
 use glam::Vec3;
 
+/// Longest step over the radius.
+pub const LEAP: f32 = 0.1;
+/// |∇f| r below which there is no direction to go.
+pub const FLAT: f32 = 1e-3;
+/// Growth of |f − iso| that rounding explains.
+pub const PIT: f32 = 1e-5;
 const VALLEY: f32 = 10.0;
 const GENTLE: f32 = 0.05;
 

@@ -2,12 +2,13 @@
 
 use glam::Vec3;
 
-use super::{list, newton::shorten};
+use super::{
+    list,
+    newton::{LEAP, shorten},
+};
 
 const WEIGHT: f32 = 0.9;
 const SLIDE: f32 = 0.3;
-/// Longest extrapolation and Newton step over the radius.
-pub const LEAP: f32 = 0.1;
 
 /// What a relaxation step reads of the vertices.
 #[derive(Clone, Copy, Debug)]
