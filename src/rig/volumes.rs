@@ -32,7 +32,7 @@ impl Rig {
     /// An operator's volume in tracking, by its profile: contact where it is neither a bulge nor the user's profile.
     ///
     /// # Errors
-    /// [`Error::Argument`](crate::Error::Argument) with subject `magnitude` or `profile` where the operator cannot be made.
+    /// [`Error::Argument`] with subject `magnitude` or `profile` where the operator cannot be made.
     pub fn tracking_volume(&self, operator: Operator) -> Result<Volume> {
         let composition = &self.composition;
         let profile = match (operator, &composition.profile) {
