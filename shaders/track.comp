@@ -29,6 +29,8 @@ layout(push_constant) uniform Constants {
     float stillness; // movement that counts as rest, over the radius
 } constants;
 
+const float SHEET = 0.7; // how far in a contact sheet a turned gradient means that the vertex has crossed it
+
 #include "shared/relaxation.glsl"
 
 void main() {
@@ -43,10 +45,11 @@ void main() {
     vec3 y = relaxed(v, normal, body.z, constants.omega, radius);
 
     vec4 sampled = evaluate(y);
-    vec3 to = y + newton(body.x, sampled, constants.sigma, radius, LEAP);
+    bool crossed = sheet > SHEET && dot(slope, sampled.yzw) < 0.0;
+    vec3 to = y + (crossed ? back(body.x, sampled, radius) : newton(body.x, sampled, constants.sigma, radius, LEAP));
     float moved = length(to - x) / radius;
     tracks[v] = vec4(to, moved);
-    gradients[v] = vec4(sampled.yzw, sampled.x);
+    gradients[v] = vec4(crossed ? -sampled.yzw : sampled.yzw, sampled.x); // that of its own side
     if (constants.enter != 0u && moved > constants.stillness) {
         uint seed = uint(body.w);
         ENTER(live_set, seed);

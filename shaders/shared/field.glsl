@@ -18,6 +18,8 @@ const float OPENING_ROWS = 128.0;
 const float FAINT = 1e-5; // lesser fields leave others as they are
 
 uint fetches = 0u;
+// How far the last walk's place lay in a contact sheet: depth of the contact, times the lesser field over the greater.
+float sheet = 0.0;
 
 // f and ∂f/∂x of field i at a point in its box.
 vec4 sample_field(uint i, Box box, vec3 x) {
@@ -99,7 +101,9 @@ vec4 meet(uint kind, uint curve, vec4 a, vec4 b) {
     float lengths = sqrt(dot(a.yzw, a.yzw) * dot(b.yzw, b.yzw));
     float cosine = lengths > NULL_GRADIENT * NULL_GRADIENT ? dot(a.yzw, b.yzw) / lengths : 1.0;
     float inside = clamp(10.0 * (0.9 - min(a.x, b.x)), 0.0, 1.0);
-    vec3 g = operate(kind, a.x, b.x, inside * on_curve(curve, cosine));
+    float depth = inside * on_curve(curve, cosine);
+    sheet = max(sheet, depth * min(a.x, b.x) / max(max(a.x, b.x), FAINT));
+    vec3 g = operate(kind, a.x, b.x, depth);
     vec4 met = vec4(g.x, g.y * a.yzw + g.z * b.yzw);
     return b.x < FAINT ? a : a.x < FAINT ? b : met;
 }
@@ -107,6 +111,7 @@ vec4 meet(uint kind, uint curve, vec4 a, vec4 b) {
 // The walk over the leaves whose boxes hold x, in their order; a leaf's group goes into the total when the next group begins.
 vec4 fold(vec3 x) {
     vec4 total = vec4(0.0), group = vec4(0.0);
+    sheet = 0.0;
     uint of = 0xffu, depth = 0u; // the group's number, and its controller against the total
     uint pairs = cell_pairs(), pair = 0u;
     do {

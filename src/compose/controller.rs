@@ -24,11 +24,11 @@ impl Controller {
         }
     }
 
-    /// Contact once two surfaces fold, from 18° on and full from 73° on: the contact line reaches as far into a fold as the skin
-    /// does, so that the skin is not piled up at its tip. The default of tracking.
+    /// Contact once two surfaces fold, from 8° on and full from 26° on: the contact line reaches as far into a fold as the skin
+    /// does. Where it ends before, skin piles up at its tip and is pushed through the limb in deep bends. The default of tracking.
     pub fn fold() -> Self {
         Self {
-            points: [(0.3, 1.0), (0.95, 0.0), (1.0, 0.0)],
+            points: [(0.9, 1.0), (0.99, 0.0), (1.0, 0.0)],
             exponents: [1.0, 1.0],
         }
     }
@@ -95,11 +95,11 @@ mod tests {
 
     #[test]
     fn depth_rises_smoothly_with_the_angle() {
-        // All of the way in 90 degrees would be .011 a degree, in the 54 of a fold .018; the second bound: no kink.
+        // All of the way in 90 degrees would be .011 a degree, in the 18 of a fold .056; the second bound: no kink.
         for (controller, steepest, kink) in [
             (Controller::elbow(), 0.04, 0.004),
             (Controller::finger(), 0.04, 0.004),
-            (Controller::fold(), 0.06, 0.008),
+            (Controller::fold(), 0.12, 0.04),
         ] {
             let depths: Vec<f64> = (0..=180).map(|d| at(controller, d as f64)).collect();
             let steps: Vec<f64> = depths.windows(2).map(|w| w[1] - w[0]).collect();

@@ -133,6 +133,8 @@ fn differing(r: Resource, gpu: &[u32], twin: &[u32], size: f32) -> Vec<usize> {
         let scale = match r {
             Resource::Gradients => 50.0 / size,
             Resource::SlopesA | Resource::SlopesB => 200.0 / size,
+            // The step back from a contact sheet is long where the field is flat.
+            Resource::TrackA | Resource::TrackB | Resource::TrackC => 3.0,
             _ => 1.0,
         };
         (a - b).abs() <= ROUNDING * (a.abs() + b.abs() + size) + FILTERING * scale

@@ -7,12 +7,15 @@ use super::{
     shared::{
         field::Composite,
         list,
-        newton::{LEAP, newton},
+        newton::{LEAP, back, newton},
         relaxation::{Relaxation, at, normal},
         set,
     },
 };
 use crate::pass::track::Constants;
+
+/// How far in a contact sheet a turned gradient means that the vertex has crossed it.
+const SHEET: f32 = 0.7;
 
 /// Iterates once on the listed vertices.
 pub fn run(args: &mut Args<'_>) {
@@ -35,8 +38,14 @@ pub fn run(args: &mut Args<'_>) {
         let [iso, radius, freedom, _] = bodies[v as usize];
         let radius = radius * field.scale();
         let y = relaxation.relaxed(v, normal(at(slopes, v)), freedom, c.omega, radius);
-        let (f, g) = field.evaluate(y, &mut 0);
-        let to = y + newton(iso, (f, g), c.sigma, radius, LEAP);
+        let (sampled, sheet) = field.evaluate_sheet(y);
+        let (f, g) = sampled;
+        let crossed = sheet > SHEET && at(slopes, v).dot(g) < 0.0;
+        let (to, g) = if crossed {
+            (y + back(iso, sampled, radius), -g)
+        } else {
+            (y + newton(iso, sampled, c.sigma, radius, LEAP), g)
+        };
         let moved = (to - relaxation.start(v)).length() / radius;
         (to.extend(moved).to_array(), g.extend(f).to_array())
     };

@@ -129,12 +129,26 @@ impl<'a> Composite<'a> {
 
     /// f and its gradient at `x` in model space; counts texture fetches.
     pub fn evaluate(&self, x: Vec3, fetches: &mut u32) -> (f32, Vec3) {
-        let f = if self.composition >= composition::CONTACTS {
-            self.fold(x, fetches)
-        } else {
-            self.greatest(x, fetches)
-        };
+        let mut tally = Tally::default();
+        let f = self.composed(x, &mut tally);
+        *fetches += tally.fetches;
         (f.x, gradient(f))
+    }
+
+    /// f and its gradient, and how far `x` lies in a contact sheet: depth of the contact, times the lesser field over the
+    /// greater.
+    pub fn evaluate_sheet(&self, x: Vec3) -> ((f32, Vec3), f32) {
+        let mut tally = Tally::default();
+        let f = self.composed(x, &mut tally);
+        ((f.x, gradient(f)), tally.sheet)
+    }
+
+    fn composed(&self, x: Vec3, tally: &mut Tally) -> Vec4 {
+        if self.composition >= composition::CONTACTS {
+            self.fold(x, tally)
+        } else {
+            self.greatest(x, &mut tally.fetches)
+        }
     }
 
     fn greatest(&self, x: Vec3, fetches: &mut u32) -> Vec4 {
@@ -149,41 +163,43 @@ impl<'a> Composite<'a> {
     }
 
     /// The walk over the leaves; a leaf's group goes into the total when the next group begins.
-    fn fold(&self, x: Vec3, fetches: &mut u32) -> Vec4 {
+    fn fold(&self, x: Vec3, tally: &mut Tally) -> Vec4 {
         let (mut total, mut group) = (Vec4::ZERO, Vec4::ZERO);
         let (mut of, mut depth) = (0xff, 0);
         for i in self.boxes.near(x) {
             if self.boxes.place(i, x).is_none() {
                 continue;
             }
-            let s = self.sample(i, x, fetches);
+            let s = self.sample(i, x, &mut tally.fetches);
             let link = self.boxes.fields[i].link;
             let [own, against, kind, curve] = link.to_le_bytes().map(u32::from);
             if self.composition == composition::CONTACTS {
-                total = self.meet(CONTACT, against, total, s, fetches);
+                total = self.meet(CONTACT, against, total, s, tally);
             } else if own == of {
-                group = self.meet(kind, curve, group, s, fetches);
+                group = self.meet(kind, curve, group, s, tally);
             } else {
-                total = self.meet(CONTACT, depth, total, group, fetches);
+                total = self.meet(CONTACT, depth, total, group, tally);
                 (group, of, depth) = (s, own, against);
             }
         }
         if self.composition == composition::CONTACTS {
             total
         } else {
-            self.meet(CONTACT, depth, total, group, fetches)
+            self.meet(CONTACT, depth, total, group, tally)
         }
     }
 
     /// Contact of two samples to a depth that a controller gives.
-    fn meet(&self, kind: u32, curve: u32, a: Vec4, b: Vec4, fetches: &mut u32) -> Vec4 {
+    fn meet(&self, kind: u32, curve: u32, a: Vec4, b: Vec4, tally: &mut Tally) -> Vec4 {
         let (ga, gb) = (gradient(a), gradient(b));
         let lengths = (ga.length_squared() * gb.length_squared()).sqrt();
         let defined = lengths > NULL_GRADIENT * NULL_GRADIENT;
         let cosine = if defined { ga.dot(gb) / lengths } else { 1.0 };
         let inside = (10.0 * (0.9 - a.x.min(b.x))).clamp(0.0, 1.0);
         let depth = inside * self.on_curve(curve, cosine);
-        let g = self.operate(kind, a.x, b.x, depth, fetches);
+        let (least, most) = (a.x.min(b.x), a.x.max(b.x));
+        tally.sheet = tally.sheet.max(depth * least / most.max(FAINT));
+        let g = self.operate(kind, a.x, b.x, depth, &mut tally.fetches);
         if b.x < FAINT {
             a
         } else if a.x < FAINT {
@@ -251,6 +267,13 @@ impl<'a> Composite<'a> {
         let t = at - row as f32;
         self.opening[base] * (1.0 - t) + self.opening[base + 1] * t
     }
+}
+
+/// What an evaluation tells besides.
+#[derive(Default)]
+struct Tally {
+    fetches: u32,
+    sheet: f32,
 }
 
 /// ∇f of a sample (f, ∇f).
