@@ -6,6 +6,12 @@ vec3 rotate(vec4 q, vec3 v) {
     return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
 }
 
+// The rotation half-way between two.
+vec4 half_way(vec4 a, vec4 b) {
+    vec4 sum = a + (dot(a, b) < 0.0 ? -b : b);
+    return sum / length(sum); // no shorter than √2
+}
+
 // v turned by the least rotation that carries unit vector a to unit vector b; v itself where they are opposite.
 vec3 rotate_between(vec3 a, vec3 b, vec3 v) {
     float c = dot(a, b);

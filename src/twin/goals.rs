@@ -4,7 +4,10 @@ use glam::{Vec3, Vec4};
 
 use super::{
     Args,
-    shared::{list, rotation::rotate},
+    shared::{
+        list,
+        rotation::{half_way, rotate},
+    },
 };
 use crate::{layout::Vertex, pass::goals::Constants};
 
@@ -19,14 +22,14 @@ pub fn run(args: &mut Args<'_>) {
     let geometric = args.read::<[f32; 4]>(6);
     let goals = args.write::<[f32; 4]>(7);
     let rest = |v: usize| Vec3::from(vertices[v].position);
-    let turn = |v: usize, edge| rotate(Vec4::from_array(rotations[v]), edge);
+    let turn = |v: usize| Vec4::from_array(rotations[v]);
     for (v, to) in goals.iter_mut().enumerate().take(c.vertices as usize) {
         let (mut goal, mut tie) = (Vec3::ZERO, 1.0);
         for k in list::range(offsets, v as u32) {
             let j = rings[k] as usize;
             let edge = rest(v) - rest(j);
             tie -= weights[k];
-            goal += 0.5 * weights[k] * (turn(v, edge) + turn(j, edge));
+            goal += weights[k] * rotate(half_way(turn(v), turn(j)), edge);
         }
         let tied = tie * Vec3::from_slice(&geometric[v]);
         *to = (scale * goal + tied).extend(0.0).to_array();

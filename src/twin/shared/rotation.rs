@@ -8,6 +8,11 @@ pub fn rotate(q: Vec4, v: Vec3) -> Vec3 {
     v + 2.0 * axis.cross(axis.cross(v) + q.w * v)
 }
 
+/// The rotation half-way between two.
+pub fn half_way(a: Vec4, b: Vec4) -> Vec4 {
+    (a + if a.dot(b) < 0.0 { -b } else { b }).normalize()
+}
+
 /// `v` turned by the least rotation that carries unit `a` to unit `b`; `v` itself where they are opposite.
 pub fn rotate_between(a: Vec3, b: Vec3, v: Vec3) -> Vec3 {
     let c = a.dot(b);
