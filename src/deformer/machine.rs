@@ -13,7 +13,7 @@ use super::{
 use crate::{
     Result,
     field::AtlasLayout,
-    frame::{Frame, FrameBuilder, Span},
+    frame::{Frame, FrameBuilder, Slot, Span},
     gpu::{Buffer, Gpu, Image3d, Ring},
     layout::Dispatch,
     report::{FrameTimings, MemoryReport},
@@ -39,8 +39,10 @@ pub(super) struct CpuMachine {
 pub(super) struct GpuMachine {
     pub(super) gpu: Gpu,
     pub(super) resources: GpuResources,
-    frame: Frame,
+    pub(super) frame: Frame,
     plan: Plan,
+    /// The order of the frame's steps, kept for its memory.
+    pub(super) spans: Vec<Span>,
     layout: AtlasLayout,
 }
 
@@ -89,6 +91,7 @@ impl Machine {
                     resources,
                     frame,
                     plan,
+                    spans: Vec::new(),
                     layout,
                 })))
             }
@@ -116,19 +119,17 @@ impl Machine {
         match self {
             Self::Cpu(m) => {
                 m.store.pose(upload);
-                for run in m.plan.runs(upload.substeps()) {
-                    let steps = &m.plan.steps[run.steps];
-                    m.store.run(steps, run.slice as usize);
-                }
+                let (plan, store) = (&m.plan, &mut m.store);
+                plan.for_each_run(upload.substeps(), |run| {
+                    store.run(&plan.steps[run.steps], run.slice as usize);
+                });
                 Ok(())
             }
             Self::Gpu(m) => {
-                m.resources.pose(&mut m.frame, upload)?;
-                let spans = m.plan.runs(upload.substeps()).into_iter().map(|run| Span {
-                    steps: run.steps,
-                    index: run.slice,
-                });
-                m.frame.submit_spans(&spans.collect::<Vec<_>>())
+                let slot = m.frame.begin()?;
+                m.resources.pose(slot, upload)?;
+                m.order(upload);
+                m.frame.submit_spans(&m.spans)
             }
         }
     }
@@ -150,7 +151,7 @@ impl Machine {
             }
             Self::Gpu(m) => {
                 let mut frame = m.resources.frame(&m.gpu, "rest", steps)?;
-                m.resources.pose(&mut frame, upload)?;
+                m.resources.pose(frame.begin()?, upload)?;
                 frame.submit()?;
                 frame.wait()
             }
@@ -196,6 +197,20 @@ impl Machine {
             Self::Cpu(m) => m.store.memory(),
             Self::Gpu(m) => m.gpu.memory(),
         }
+    }
+}
+
+impl GpuMachine {
+    /// Fills the spans with the order of the steps.
+    pub(super) fn order(&mut self, upload: &PoseUpload) {
+        let spans = &mut self.spans;
+        spans.clear();
+        self.plan.for_each_run(upload.substeps(), |run| {
+            spans.push(Span {
+                steps: run.steps,
+                index: run.slice,
+            });
+        });
     }
 }
 
@@ -283,8 +298,7 @@ impl GpuResources {
         }
     }
 
-    pub(super) fn pose(&self, frame: &mut Frame, upload: &PoseUpload) -> Result<()> {
-        let slot = frame.begin()?;
+    pub(super) fn pose(&self, slot: Slot, upload: &PoseUpload) -> Result<()> {
         self.palette.write(slot, upload.palette())?;
         self.fields.write(slot, upload.fields())
     }

@@ -1,6 +1,7 @@
 //! The façade: a rig, a device and a method; poses in, skin out.
 
 mod cpu;
+mod embed;
 mod machine;
 mod places;
 mod plan;
@@ -16,6 +17,7 @@ use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 
+pub use embed::{Normals, Output, VertexLayout};
 pub use places::Places;
 pub use plan::{Extent, Pass, Sizes, Step};
 pub use resource::{Kind, Resource};
@@ -99,6 +101,15 @@ impl Deformer {
     /// # Errors
     /// [`crate::Error::Pose`] where a matrix is not finite or not invertible; Vulkan errors.
     pub fn advance(&mut self, pose: &Pose) -> Result<()> {
+        self.set_pose(pose)?;
+        let begin = Instant::now();
+        self.machine.advance(&self.upload)?;
+        self.record_ns = begin.elapsed().as_nanos() as u64;
+        Ok(())
+    }
+
+    /// Fills the upload for a pose.
+    fn set_pose(&mut self, pose: &Pose) -> Result<()> {
         pose.validate(&self.rig.skeleton)?;
         if self.settings.method == Method::Tracking {
             self.upload_substeps(pose)?;
@@ -106,9 +117,6 @@ impl Deformer {
             let layout = self.machine.layout();
             self.upload.set(&self.rig, &self.statics, &layout, pose);
         }
-        let begin = Instant::now();
-        self.machine.advance(&self.upload)?;
-        self.record_ns = begin.elapsed().as_nanos() as u64;
         Ok(())
     }
 

@@ -126,29 +126,28 @@ impl Plan {
 
     /// The order of the frame with these sub-steps. Slices of poses are counted over sub-steps and their halves, those of a
     /// round over all rounds.
-    pub(super) fn runs(&self, substeps: &[Substep]) -> Vec<Run> {
-        let mut runs = vec![run(&self.before, 0)];
+    pub(super) fn for_each_run(&self, substeps: &[Substep], mut each: impl FnMut(Run)) {
+        each(run(&self.before, 0));
         let (mut slice, mut round) = (0, 0);
         for substep in substeps {
             for part in 0..substep.slices() {
                 let begin = if part == 0 { &self.begin } else { &self.half };
-                runs.push(run(begin, slice));
+                each(run(begin, slice));
                 slice += 1;
                 let rounds = round..round + substep.rounds;
                 round = rounds.end;
-                runs.extend(rounds.map(|k| {
+                for k in rounds {
                     let last = k + 1 == round;
-                    run(if last { &self.last_round } else { &self.round }, k)
-                }));
+                    each(run(if last { &self.last_round } else { &self.round }, k));
+                }
                 if part == 0 && substep.halves {
-                    runs.push(run(&self.judge, 0));
+                    each(run(&self.judge, 0));
                 } else {
-                    runs.push(run(&self.end, 0));
+                    each(run(&self.end, 0));
                 }
             }
         }
-        runs.push(run(&self.after, 0));
-        runs
+        each(run(&self.after, 0));
     }
 }
 

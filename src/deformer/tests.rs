@@ -4,6 +4,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
+mod embedding;
 mod muscle;
 mod tracking;
 
@@ -90,7 +91,8 @@ fn both(
         .resources
         .frame(&machine.gpu, "twin", std::slice::from_ref(step))
         .unwrap();
-    machine.resources.pose(&mut frame, upload).unwrap();
+    let slot = frame.begin().unwrap();
+    machine.resources.pose(slot, upload).unwrap();
     frame.submit().unwrap();
     frame.wait().unwrap();
     store.run(std::slice::from_ref(step), 0);

@@ -213,6 +213,9 @@ fn dispatch(
 
 fn target(resource: &Resource, slot: usize) -> Target {
     match resource {
+        Resource::Buffer(buffer) if buffer.is_hosted() => {
+            Target::Bytes(buffer.raw(), buffer.bytes())
+        }
         Resource::Buffer(buffer) => Target::Buffer(buffer.raw()),
         Resource::Ring(ring) => Target::Buffer(ring.0[slot].raw()),
         Resource::Image(image) => Target::Image(image.view()),

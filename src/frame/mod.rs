@@ -8,6 +8,7 @@ mod build;
 mod builder;
 mod ceiling;
 mod hazard;
+mod hosted;
 mod profile;
 mod replay;
 mod stamp;
@@ -299,7 +300,7 @@ impl Frame {
         let timestamps = state.timestamps.as_ref().filter(|_| plan != Plan::Off);
         let recorder = state.commands.begin(&self.name)?;
         state.intervals.clear();
-        let mut watch = Stopwatch {
+        let watch = Stopwatch {
             plan,
             turns,
             timestamps,
@@ -307,39 +308,64 @@ impl Frame {
             stamps: 0,
             before: None,
         };
-        hazards.clear();
-        recorder.begin_label(&self.label);
         if let Some(timestamps) = timestamps {
             recorder.reset(timestamps);
         }
+        let walk = Walk {
+            label: &self.label,
+            steps,
+            hazards,
+            resources,
+            slot,
+            watch,
+        };
+        let stamps = walk.record(&recorder, spans);
+        recorder.end(&self.name)?;
+        Ok(stamps)
+    }
+}
+
+/// A walk over steps that records them.
+struct Walk<'a> {
+    label: &'a CString,
+    steps: &'a [Built],
+    hazards: &'a mut Hazards,
+    resources: &'a [Resource],
+    slot: Slot,
+    watch: Stopwatch<'a>,
+}
+
+impl Walk<'_> {
+    /// The number of timestamps written.
+    fn record(mut self, recorder: &Recorder<'_>, spans: &[Span]) -> u32 {
+        self.hazards.clear();
+        recorder.begin_label(self.label);
         // The frame before may still run, and whatever it did comes first.
         recorder.barrier(Scope::ALL, Scope::ALL);
-        watch.stamp(&recorder);
+        self.watch.stamp(recorder);
         let mut mapped = Uses::default();
         for span in spans {
             for row in span.steps.clone() {
-                let step = &steps[row];
-                watch.step(&recorder, row as u32, step.name_row);
+                let step = &self.steps[row];
+                self.watch.step(recorder, row as u32, step.name_row);
                 recorder.begin_label(&step.label);
-                if let Some(barrier) = hazards.step(&step.uses) {
+                if let Some(barrier) = self.hazards.step(&step.uses) {
                     let (from, to) = barrier.scopes();
                     recorder.barrier(from, to);
                 }
-                step.record(&recorder, resources, slot.0, span.index);
+                step.record(recorder, self.resources, self.slot.0, span.index);
                 recorder.end_label();
-                mapped = mapped.with(step.mapped_writes(resources));
+                mapped = mapped.with(step.mapped_writes(self.resources));
             }
         }
         // The second tells what one costs.
-        watch.stamp(&recorder);
-        watch.stamp(&recorder);
-        let stamps = watch.stamps;
+        self.watch.stamp(recorder);
+        self.watch.stamp(recorder);
         if !mapped.is_empty() {
             recorder.barrier(mapped.scope(), Scope::HOST);
         }
         recorder.end_label();
-        recorder.end(&self.name)?;
-        Ok(stamps)
+        self.watch.stamps
     }
 }
 

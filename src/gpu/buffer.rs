@@ -20,6 +20,11 @@ pub const FRAMES_IN_FLIGHT: usize = 2;
 pub struct Slot(pub(crate) usize);
 
 impl Slot {
+    /// Number `index`; none past the last.
+    pub fn new(index: usize) -> Option<Self> {
+        (index < FRAMES_IN_FLIGHT).then_some(Self(index))
+    }
+
     /// 0 or 1.
     pub fn index(self) -> usize {
         self.0
@@ -37,8 +42,10 @@ struct Inner {
     class: Class,
     bytes: u64,
     mapped: bool,
-    /// Empty only on the way out.
+    /// Empty on the way out, and where the buffer is the host's.
     block: Mutex<Option<Block>>,
+    /// Memory and handle are the host's.
+    hosted: bool,
 }
 
 impl Buffer {
@@ -68,7 +75,41 @@ impl Buffer {
             mapped: block.allocation.mapped_ptr().is_some()
                 && request.location != MemoryLocation::GpuOnly,
             block: Mutex::new(Some(block)),
+            hosted: false,
         })))
+    }
+
+    /// The first `bytes` of a buffer of the host's, which has to be made for storage use.
+    ///
+    /// # Safety
+    /// The buffer is of this device, that long, and alive until the last clone of this handle is dropped.
+    pub(crate) unsafe fn of_host(
+        shared: &Arc<Shared>,
+        raw: vk::Buffer,
+        name: &str,
+        bytes: u64,
+    ) -> Result<Self> {
+        let buffer = Self(Arc::new(Inner {
+            shared: shared.clone(),
+            raw,
+            name: name.to_owned(),
+            class: Class::Readback,
+            bytes,
+            mapped: false,
+            block: Mutex::new(None),
+            hosted: true,
+        }));
+        let most = u64::from(shared.physical.properties.limits.max_storage_buffer_range);
+        if raw == vk::Buffer::null() || bytes == 0 || bytes > most {
+            let reason = format!("a buffer has a handle and 1 to {most} bytes on this device");
+            return Err(buffer.refuse(bytes, reason));
+        }
+        Ok(buffer)
+    }
+
+    /// Memory and handle are the host's.
+    pub(crate) fn is_hosted(&self) -> bool {
+        self.0.hosted
     }
 
     /// Name of the allocation.

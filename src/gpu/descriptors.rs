@@ -17,6 +17,8 @@ use crate::Result;
 pub(crate) enum Target {
     /// A whole buffer, in words or as texels, as its binding wants it.
     Buffer(vk::Buffer),
+    /// The first bytes of a buffer, to be written.
+    Bytes(vk::Buffer, u64),
     /// A 3D image in the general layout.
     Image(vk::ImageView),
 }
@@ -144,25 +146,28 @@ impl Descriptors {
         unsafe { self.shared.device.update_descriptor_sets(&[write], &[]) };
     }
 
+    fn write_buffer(&self, write: vk::WriteDescriptorSet<'_>, buffer: vk::Buffer, range: u64) {
+        let info = [vk::DescriptorBufferInfo {
+            buffer,
+            offset: 0,
+            range,
+        }];
+        // SAFETY: set and target are alive, the type is that of the layout, the set is not in use yet.
+        unsafe {
+            self.shared
+                .device
+                .update_descriptor_sets(&[write.buffer_info(&info)], &[])
+        };
+    }
+
     fn write(&self, set: vk::DescriptorSet, row: u32, access: Access, target: Target) {
         let write = vk::WriteDescriptorSet::default()
             .dst_set(set)
             .dst_binding(row)
             .descriptor_type(access.descriptor());
         match target {
-            Target::Buffer(buffer) => {
-                let info = [vk::DescriptorBufferInfo {
-                    buffer,
-                    offset: 0,
-                    range: vk::WHOLE_SIZE,
-                }];
-                // SAFETY: set and target are alive, the type is that of the layout, the set is not in use yet.
-                unsafe {
-                    self.shared
-                        .device
-                        .update_descriptor_sets(&[write.buffer_info(&info)], &[])
-                };
-            }
+            Target::Buffer(buffer) => self.write_buffer(write, buffer, vk::WHOLE_SIZE),
+            Target::Bytes(buffer, bytes) => self.write_buffer(write, buffer, bytes),
             Target::Image(image_view) => {
                 let info = [vk::DescriptorImageInfo {
                     sampler: self.shared.sampler,

@@ -12,7 +12,7 @@ use super::{
     Features, Gpu, GpuOptions, features,
     instance::{Canary, Instance},
     physical,
-    shared::Shared,
+    shared::{Owner, Shared},
 };
 use crate::Result;
 
@@ -125,7 +125,14 @@ pub(super) fn open() -> Result<(Gpu, std::sync::Arc<Canary>)> {
     };
     // SAFETY: the functions are the device's own or of the same type.
     let device = unsafe { ash::Device::load_with(load, handle) };
-    let shared = Shared::with_device(&options, instance, physical, device, features)?;
+    let shared = Shared::with_device(
+        &options,
+        instance,
+        physical,
+        device,
+        features,
+        Owner::Dermis,
+    )?;
     Ok((
         Gpu {
             shared: std::sync::Arc::new(shared),

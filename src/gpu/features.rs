@@ -60,34 +60,63 @@ fn extensions(instance: &Instance, physical: &Physical) -> Result<Vec<vk::Extens
     )
 }
 
+/// What a device has of what is wanted.
+pub(crate) struct Offer {
+    /// What of it can be turned on.
+    pub(crate) used: Features,
+    portability: bool,
+    sync: vk::PhysicalDeviceSynchronization2Features<'static>,
+}
+
+impl Offer {
+    pub(crate) fn of(instance: &Instance, physical: &Physical, wanted: Features) -> Result<Self> {
+        let offered = extensions(instance, physical)?;
+        let has = |name: &CStr| {
+            offered
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(name))
+        };
+        let (sync, core) = query(instance, physical, has(khr::synchronization2::NAME))?;
+        let used = Features {
+            synchronization2: wanted.synchronization2 && sync.synchronization2 == vk::TRUE,
+            timestamps: wanted.timestamps && physical.family_properties.timestamp_valid_bits > 0,
+            labels: wanted.labels && instance.debug_utils,
+            calibrated_timestamps: wanted.calibrated_timestamps
+                && has(ext::calibrated_timestamps::NAME),
+            wireframe: wanted.wireframe && core.fill_mode_non_solid == vk::TRUE,
+        };
+        Ok(Self {
+            used,
+            portability: has(PORTABILITY),
+            sync,
+        })
+    }
+
+    /// Device extensions behind it.
+    pub(crate) fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
+        let names = [
+            (self.used.synchronization2, khr::synchronization2::NAME),
+            (
+                self.used.calibrated_timestamps,
+                ext::calibrated_timestamps::NAME,
+            ),
+            (self.portability, PORTABILITY),
+        ];
+        names.into_iter().filter(|n| n.0).map(|n| n.1)
+    }
+}
+
+const PORTABILITY: &CStr = c"VK_KHR_portability_subset";
+
 /// Creates the logical device with one queue; what is in `wanted` is turned on where the device has it.
 pub(crate) fn create_device(
     instance: &Instance,
     physical: &Physical,
     wanted: Features,
 ) -> Result<(ash::Device, Features)> {
-    let offered = extensions(instance, physical)?;
-    let has = |name: &CStr| {
-        offered
-            .iter()
-            .any(|e| e.extension_name_as_c_str() == Ok(name))
-    };
-    let (mut sync, core) = query(instance, physical, has(khr::synchronization2::NAME))?;
-    let used = Features {
-        synchronization2: wanted.synchronization2 && sync.synchronization2 == vk::TRUE,
-        timestamps: wanted.timestamps && physical.family_properties.timestamp_valid_bits > 0,
-        labels: wanted.labels && instance.debug_utils,
-        calibrated_timestamps: wanted.calibrated_timestamps
-            && has(ext::calibrated_timestamps::NAME),
-        wireframe: wanted.wireframe && core.fill_mode_non_solid == vk::TRUE,
-    };
-    let portability = c"VK_KHR_portability_subset";
-    let names = [
-        (used.synchronization2, khr::synchronization2::NAME),
-        (used.calibrated_timestamps, ext::calibrated_timestamps::NAME),
-        (has(portability), portability),
-    ];
-    let names: Vec<_> = names.iter().filter(|n| n.0).map(|n| n.1.as_ptr()).collect();
+    let mut offer = Offer::of(instance, physical, wanted)?;
+    let used = offer.used;
+    let names: Vec<_> = offer.extensions().map(CStr::as_ptr).collect();
     let queue = vk::DeviceQueueCreateInfo::default()
         .queue_family_index(physical.family)
         .queue_priorities(&[1.0]);
@@ -101,7 +130,7 @@ pub(crate) fn create_device(
         .enabled_features(&core)
         .push_next(&mut timeline);
     if used.synchronization2 {
-        info = info.push_next(&mut sync);
+        info = info.push_next(&mut offer.sync);
     }
     // SAFETY: every pointer in `info` is to a value alive until the call returns; extensions and features were offered.
     let device = unsafe { instance.raw.create_device(physical.raw, &info, None) }

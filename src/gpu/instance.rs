@@ -47,6 +47,8 @@ pub(crate) struct Instance {
     /// Debug names and labels are available.
     pub(crate) debug_utils: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Made here, to be destroyed here.
+    owned: bool,
     /// Keeps the loader's library open.
     _entry: ash::Entry,
 }
@@ -76,12 +78,39 @@ impl Instance {
             canary,
             debug_utils,
             messenger: None,
+            owned: true,
             _entry: entry,
         };
         if validation {
             instance.messenger = Some(instance.listen()?);
         }
         Ok(instance)
+    }
+
+    /// The host's instance, which outlives this.
+    ///
+    /// # Safety
+    /// The instance is valid as long as this is, and the function that of its loader.
+    pub(crate) unsafe fn of_host(
+        get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+        instance: vk::Instance,
+    ) -> Self {
+        let loader = ash::StaticFn {
+            get_instance_proc_addr,
+        };
+        // SAFETY: promised by the caller.
+        let (entry, raw) = unsafe {
+            let raw = ash::Instance::load(&loader, instance);
+            (ash::Entry::from_static_fn(loader), raw)
+        };
+        Self {
+            raw,
+            canary: Arc::default(),
+            debug_utils: true,
+            messenger: None,
+            owned: false,
+            _entry: entry,
+        }
     }
 
     fn listen(&self) -> Result<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)> {
@@ -96,13 +125,15 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: whoever owns the instance dropped its device first; nothing of the instance is in use. The canary,
+        // SAFETY: whoever owns the instance dropped its device first; nothing of an own instance is in use. The canary,
         // to which the layers hold a pointer until the instance is gone, is a field and dropped after this.
         unsafe {
             if let Some((loader, messenger)) = self.messenger.take() {
                 loader.destroy_debug_utils_messenger(messenger, None);
             }
-            self.raw.destroy_instance(None);
+            if self.owned {
+                self.raw.destroy_instance(None);
+            }
         }
     }
 }

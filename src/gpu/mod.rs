@@ -3,6 +3,7 @@
 //! [`Gpu`] owns one logical device with one queue. Whatever it makes is a cheap handle that keeps the device alive;
 //! dropping the last clone of a handle gives its memory back as soon as the device is done with it.
 
+mod adopt;
 mod buffer;
 mod declare;
 mod descriptors;
@@ -29,12 +30,14 @@ use std::{sync::Arc, time::Instant};
 
 use ash::vk;
 
+pub use adopt::{Host, HostCommands, Requirements};
 pub use buffer::{Buffer, FRAMES_IN_FLIGHT, Ring, Slot};
 pub use declare::{Access, Binding, Declaration};
 pub use features::Features;
 pub use image::{Format, Image3d};
 pub use memory::Class;
 pub use physical::DeviceSelector;
+pub use record::Handover;
 pub use timestamps::Profile;
 
 pub(crate) use descriptors::{Descriptors, Target};

@@ -39,6 +39,29 @@ impl Physical {
         local.map(|h| h.size).max().unwrap_or(0)
     }
 
+    /// A device of the host's, with the family of its queue.
+    pub(crate) fn of_host(
+        instance: &Instance,
+        raw: vk::PhysicalDevice,
+        family: u32,
+    ) -> Result<Self> {
+        let mut physical = Self::new(instance, 0, raw).ok_or_else(|| Error::NoDevice {
+            reason: "the host's device lacks Vulkan 1.2 or a queue that does compute".into(),
+        })?;
+        // SAFETY: the physical device is of this instance, as in `new`.
+        let families = unsafe {
+            let instance = &instance.raw;
+            instance.get_physical_device_queue_family_properties(raw)
+        };
+        let properties = families.get(family as usize).copied().unwrap_or_default();
+        if !properties.queue_flags.contains(vk::QueueFlags::COMPUTE) {
+            let reason = format!("family {family} of {} does no compute", families.len());
+            return Err(Error::argument("queue_family", reason));
+        }
+        (physical.family, physical.family_properties) = (family, properties);
+        Ok(physical)
+    }
+
     fn new(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Option<Self> {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         // SAFETY: `raw` was enumerated from this instance; the queried structs are alive and of the right type. The

@@ -15,17 +15,13 @@ pub(crate) struct Queue {
 }
 
 impl Queue {
-    pub(crate) fn new(device: &ash::Device, family: u32) -> Result<Self> {
+    /// Numbers the submissions to `raw`, a queue of `device`.
+    pub(crate) fn new(device: &ash::Device, raw: vk::Queue) -> Result<Self> {
         let mut kind =
             vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
-        // SAFETY: the device is alive, was created with timeline semaphores and with one queue of this family.
-        let (raw, timeline) = unsafe {
-            (
-                device.get_device_queue(family, 0),
-                device.create_semaphore(&info, None),
-            )
-        };
+        // SAFETY: the device is alive and was created with timeline semaphores.
+        let timeline = unsafe { device.create_semaphore(&info, None) };
         Ok(Self {
             raw,
             timeline: timeline.subject("vkCreateSemaphore", "queue")?,

@@ -45,6 +45,17 @@ impl Scope {
     }
 }
 
+/// What comes next with a buffer of the host's that dermis has written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Handover {
+    /// Stages that read it.
+    pub stages: vk::PipelineStageFlags,
+    /// Accesses of these.
+    pub access: vk::AccessFlags,
+    /// Queue family that it is released to; none where the same family goes on. The host acquires it there.
+    pub family: Option<u32>,
+}
+
 /// A command buffer with its pool; given back once the device is done with it.
 pub(crate) struct Commands {
     shared: Arc<Shared>,
@@ -160,6 +171,37 @@ impl Recorder<'_> {
                 // SAFETY: the command buffer is being recorded; the stages are not empty.
                 unsafe { self.pipeline_barrier(from, to, &barrier, &[]) }
             }
+        }
+    }
+
+    /// Makes what compute shaders wrote into a buffer visible to what comes next, or releases it to another family.
+    pub(crate) fn hand_over(&self, buffer: &Buffer, to: &Handover) {
+        let from = Scope {
+            stages: vk::PipelineStageFlags::COMPUTE_SHADER,
+            access: vk::AccessFlags::SHADER_WRITE,
+        };
+        let own = self.shared.physical.family;
+        let Some(family) = to.family.filter(|f| *f != own) else {
+            let (stages, access) = (to.stages, to.access);
+            return self.barrier(from, Scope { stages, access });
+        };
+        let barrier = [vk::BufferMemoryBarrier::default()
+            .buffer(buffer.raw())
+            .size(buffer.bytes())
+            .src_access_mask(from.access)
+            .src_queue_family_index(own)
+            .dst_queue_family_index(family)];
+        // SAFETY: recording; the buffer's owner keeps it alive until the commands are done.
+        unsafe {
+            self.shared.device.cmd_pipeline_barrier(
+                self.raw,
+                from.stages,
+                vk::PipelineStageFlags::BOTTOM_OF_PIPE,
+                vk::DependencyFlags::empty(),
+                &[],
+                &barrier,
+                &[],
+            );
         }
     }
 

@@ -37,8 +37,18 @@ pub(crate) struct Shared {
     pub(crate) sampler: vk::Sampler,
     pub(crate) pipelines: Mutex<HashMap<(&'static str, u32), Arc<Pipeline>>>,
     graveyard: Mutex<Vec<(u64, Grave)>>,
+    owner: Owner,
     /// Last, so that it outlives the device.
     pub(crate) instance: Instance,
+}
+
+/// Whose a device is.
+#[derive(Clone, Copy)]
+pub(crate) enum Owner {
+    /// Its first queue is used, and it is destroyed at the end.
+    Dermis,
+    /// The host's, with the queue to use.
+    Host(vk::Queue),
 }
 
 /// A handle that nobody holds any more but the device may still use.
@@ -57,25 +67,33 @@ impl Shared {
         let row = physical::select(&reports, &options.device)?;
         let physical = devices.swap_remove(row);
         let (device, features) = features::create_device(&instance, &physical, wanted)?;
-        Self::with_device(options, instance, physical, device, features)
+        Self::with_device(options, instance, physical, device, features, Owner::Dermis)
     }
 
-    /// Completes what [`Shared::new`] began; destroys `device` where a part of it fails.
+    /// Completes what [`Shared::new`] began; destroys an own `device` where a part of it fails.
     pub(crate) fn with_device(
         options: &GpuOptions,
         instance: Instance,
         physical: Physical,
         device: ash::Device,
         features: Features,
+        owner: Owner,
     ) -> Result<Self> {
-        let parts = Parts::new(&instance, &physical, &device, options.budget);
+        let queue = match owner {
+            // SAFETY: the device is alive and was created with one queue of this family.
+            Owner::Dermis => unsafe { device.get_device_queue(physical.family, 0) },
+            Owner::Host(queue) => queue,
+        };
+        let parts = Parts::new(&instance, &physical, &device, queue, options.budget);
         let Parts {
             memory,
             queue,
             sampler,
         } = parts.inspect_err(|_| {
-            // SAFETY: `Parts::new` destroyed what it made, so that nothing of the device is left.
-            unsafe { device.destroy_device(None) }
+            if matches!(owner, Owner::Dermis) {
+                // SAFETY: `Parts::new` destroyed what it made, so that nothing of the device is left.
+                unsafe { device.destroy_device(None) }
+            }
         })?;
         let (i, d) = (&instance.raw, &device);
         Ok(Self {
@@ -95,6 +113,7 @@ impl Shared {
             memory,
             queue,
             sampler,
+            owner,
             instance,
         })
     }
@@ -161,7 +180,11 @@ impl Drop for Shared {
         // SAFETY: all handles made with the device hold this struct, so none is left; after a lost device the wait fails
         // and destroying is still allowed. Memory goes before the device, the device before the instance.
         unsafe {
-            let _ = self.device.device_wait_idle();
+            match self.owner {
+                Owner::Dermis => _ = self.device.device_wait_idle(),
+                // The host may be submitting to other queues.
+                Owner::Host(_) => _ = self.wait_all("device"),
+            }
             for (_, grave) in std::mem::take(&mut *lock(&self.graveyard)) {
                 self.destroy(grave);
             }
@@ -171,7 +194,9 @@ impl Drop for Shared {
             self.device.destroy_sampler(self.sampler, None);
             self.queue.destroy(&self.device);
             self.memory.close();
-            self.device.destroy_device(None);
+            if matches!(self.owner, Owner::Dermis) {
+                self.device.destroy_device(None);
+            }
         }
     }
 }
@@ -188,10 +213,11 @@ impl Parts {
         instance: &Instance,
         physical: &Physical,
         device: &ash::Device,
+        queue: vk::Queue,
         budget: Option<u64>,
     ) -> Result<Self> {
         let memory = Memory::new(instance, device, physical, budget)?;
-        let queue = Queue::new(device, physical.family)?;
+        let queue = Queue::new(device, queue)?;
         let sampler = sampler(device).inspect_err(|_| queue.destroy(device))?;
         Ok(Self {
             memory,

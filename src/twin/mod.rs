@@ -14,6 +14,7 @@ pub mod mark;
 pub mod measure;
 pub mod moved;
 pub mod normals;
+pub mod output;
 pub mod project;
 pub mod redo;
 pub mod relax;

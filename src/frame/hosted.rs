@@ -1,0 +1,63 @@
+//! Recording into a command buffer of the host's.
+
+use super::{Frame, Plan, Result, Slot, Span, Stopwatch, Walk};
+use crate::gpu::{Buffer, Handover, HostCommands, Recorder};
+
+impl Frame {
+    /// Records runs of steps into a command buffer of the host's, which submits it. They come after all commands before, on the
+    /// same queue. Without timestamps; allocates nothing.
+    ///
+    /// # Errors
+    /// [`Error::Argument`](crate::Error::Argument) for steps that do not exist.
+    pub fn record_spans(
+        &mut self,
+        commands: &HostCommands,
+        slot: Slot,
+        spans: &[Span],
+    ) -> Result<()> {
+        self.count(spans)?;
+        let recorder = Recorder {
+            shared: &self.gpu.shared,
+            raw: commands.0,
+        };
+        let watch = Stopwatch {
+            plan: Plan::Off,
+            turns: &self.turns,
+            timestamps: None,
+            intervals: &mut self.slots[slot.0].intervals,
+            stamps: 0,
+            before: None,
+        };
+        let walk = Walk {
+            label: &self.label,
+            steps: &self.steps,
+            hazards: &mut self.hazards,
+            resources: &self.resources,
+            slot,
+            watch,
+        };
+        walk.record(&recorder, spans);
+        Ok(())
+    }
+
+    /// Records all steps, and hands over a buffer that they wrote.
+    ///
+    /// # Errors
+    /// As [`Frame::record_spans`].
+    pub fn record_and_hand_over(
+        &mut self,
+        commands: &HostCommands,
+        slot: Slot,
+        buffer: &Buffer,
+        to: &Handover,
+    ) -> Result<()> {
+        let all = self.all.clone();
+        self.record_spans(commands, slot, &all)?;
+        let recorder = Recorder {
+            shared: &self.gpu.shared,
+            raw: commands.0,
+        };
+        recorder.hand_over(buffer, to);
+        Ok(())
+    }
+}
