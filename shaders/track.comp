@@ -45,7 +45,7 @@ void main() {
     vec3 y = relaxed(v, normal, body.z, constants.omega, radius);
 
     vec4 sampled = evaluate(y);
-    bool crossed = sheet > SHEET && dot(slope, sampled.yzw) < 0.0;
+    bool crossed = sheet > SHEET && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
     vec3 to = y + (crossed ? back(body.x, sampled, radius) : newton(body.x, sampled, constants.sigma, radius, LEAP));
     float moved = length(to - x) / radius;
     tracks[v] = vec4(to, moved);

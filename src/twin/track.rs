@@ -40,7 +40,7 @@ pub fn run(args: &mut Args<'_>) {
         let y = relaxation.relaxed(v, normal(at(slopes, v)), freedom, c.omega, radius);
         let (sampled, sheet) = field.evaluate_sheet(y);
         let (f, g) = sampled;
-        let crossed = sheet > SHEET && at(slopes, v).dot(g) < 0.0;
+        let crossed = sheet > SHEET && f > iso && at(slopes, v).dot(g) < 0.0;
         let (to, g) = if crossed {
             (y + back(iso, sampled, radius), -g)
         } else {
