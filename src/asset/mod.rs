@@ -1,9 +1,11 @@
-//! Files in and out: glTF characters in; GLB, PLY and OBJ out. The only user of the `gltf` crate.
+//! Files in and out: glTF characters in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
 
+mod arrays;
 mod export;
 mod import;
 mod model;
 
+pub use arrays::{Arrays, ArrayJoint};
 pub use export::{
     MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
     write_obj, write_ply,
