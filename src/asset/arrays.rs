@@ -168,7 +168,12 @@ fn influences(
     joints: usize,
     mended: &mut Mended,
 ) -> Result<Vec<Influence>> {
-    let refuse = |reason| Err(Error::argument(format!("influences of vertex {row}"), reason));
+    let refuse = |reason| {
+        Err(Error::argument(
+            format!("influences of vertex {row}"),
+            reason,
+        ))
+    };
     let mut list = Vec::with_capacity(given.len());
     for influence in given {
         if usize::from(influence.joint) >= joints {

@@ -5,10 +5,10 @@ mod export;
 mod import;
 mod model;
 
-pub use arrays::{Arrays, ArrayJoint};
+pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
     MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
     write_obj, write_ply,
 };
-pub use import::load;
+pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};

@@ -34,7 +34,7 @@ use super::{Model, Primitive};
 use crate::{Error, Result};
 
 /// Greatest number of vertices, triangles and joints' influences of a model.
-pub(super) const ROW_LIMIT: usize = 1 << 23;
+pub const ROW_LIMIT: usize = 1 << 23;
 
 /// Reads a rigged character from a `.glb` or `.gltf` file.
 ///
