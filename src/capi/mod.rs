@@ -7,16 +7,20 @@
 // Rust and C share one name for everything.
 #![allow(non_camel_case_types, clippy::upper_case_acronyms)]
 
-mod context;
-mod deformer;
+// The header has its items in this order.
 mod guard;
 mod handle;
 mod log;
+mod pointer;
+
+mod context;
+
 mod mesh;
 mod options;
-mod pointer;
-mod report;
 mod rig;
+
+mod deformer;
+mod report;
 mod settings;
 
 pub use context::*;
