@@ -35,6 +35,8 @@
 //! ```
 
 pub mod asset;
+#[cfg(feature = "capi")]
+pub mod capi;
 pub mod compose;
 pub mod deformer;
 pub mod error;

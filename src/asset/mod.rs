@@ -1,12 +1,14 @@
-//! Files in and out: glTF characters in; GLB, PLY and OBJ out. The only user of the `gltf` crate.
+//! Files in and out: glTF characters in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
 
+mod arrays;
 mod export;
 mod import;
 mod model;
 
+pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
     MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
     write_obj, write_ply,
 };
-pub use import::load;
+pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};

@@ -1,5 +1,7 @@
 //! State of a tracked skin: what the next frame goes on from.
 
+mod bytes;
+
 use glam::Vec3;
 
 use super::{

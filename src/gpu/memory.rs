@@ -9,7 +9,10 @@ use gpu_allocator::{
 };
 
 use super::{fault::lock, instance::Instance, physical::Physical};
-use crate::{Error, Result, report::MemoryReport};
+use crate::{
+    Error, Result,
+    report::{MemoryReport, NamedMemory},
+};
 
 /// What an allocation is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -194,6 +197,19 @@ impl Memory {
         let mut report = MemoryReport::sum(rows.map(|r| (&*r.name, r.class.name(), r.bytes)));
         report.budget = self.budget;
         report
+    }
+
+    /// One row an allocation, in the order in which they were made.
+    pub(crate) fn rows(&self) -> Vec<NamedMemory> {
+        let ledger = lock(&self.ledger);
+        let mut rows: Vec<_> = ledger.rows.iter().collect();
+        rows.sort_unstable_by_key(|(number, _)| **number);
+        let named = |(_, row): (&u64, &Row)| NamedMemory {
+            name: row.name.clone(),
+            class: row.class.name().into(),
+            bytes: row.bytes,
+        };
+        rows.into_iter().map(named).collect()
     }
 
     /// Allocations that gpu-allocator itself still knows of.

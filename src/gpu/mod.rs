@@ -54,7 +54,7 @@ pub(crate) use timestamps::Timestamps;
 
 use crate::{
     Result,
-    report::{DeviceReport, MemoryReport},
+    report::{DeviceReport, MemoryReport, NamedMemory},
 };
 
 /// How to open a device.
@@ -125,6 +125,12 @@ impl Gpu {
     pub fn memory(&self) -> MemoryReport {
         self.shared.collect();
         self.shared.memory.report()
+    }
+
+    /// Every buffer and image in use, a row each, in the order in which they were made.
+    pub fn allocations(&self) -> Vec<NamedMemory> {
+        self.shared.collect();
+        self.shared.memory.rows()
     }
 
     /// Warnings and errors of the validation layers so far, the first few hundred; empty without validation.

@@ -200,7 +200,7 @@ fn assemble(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
 }
 
 /// Unit normals and how many of them had to be computed.
-fn unit_normals(
+pub(in crate::asset) fn unit_normals(
     given: Option<Vec<Vec3>>,
     positions: &[Vec3],
     triangles: &[[u32; 3]],

@@ -9,7 +9,7 @@ mod clip;
 mod container;
 mod document;
 mod fault;
-mod geometry;
+pub(super) mod geometry;
 mod graph;
 mod names;
 mod rigid;
@@ -18,7 +18,7 @@ mod skeleton;
 #[cfg(test)]
 mod tests;
 mod uri;
-mod weights;
+pub(super) mod weights;
 
 use std::{collections::BTreeSet, path::Path};
 
@@ -34,7 +34,7 @@ use super::{Model, Primitive};
 use crate::{Error, Result};
 
 /// Greatest number of vertices, triangles and joints' influences of a model.
-const ROW_LIMIT: usize = 1 << 23;
+pub const ROW_LIMIT: usize = 1 << 23;
 
 /// Reads a rigged character from a `.glb` or `.gltf` file.
 ///

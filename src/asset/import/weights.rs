@@ -24,7 +24,7 @@ const WORTH_TELLING: f64 = 1e-3;
 
 /// What had to be mended, counted over all primitives.
 #[derive(Default)]
-pub(super) struct Mended {
+pub(in crate::asset) struct Mended {
     /// Vertices whose weights did not sum to 1.
     pub(super) scaled: usize,
     /// The least such sum.
@@ -136,7 +136,7 @@ fn read_set(
 }
 
 /// Adds to the joint's weight; a joint may be listed twice.
-fn add(list: &mut Vec<Influence>, joint: u16, weight: f32) {
+pub(in crate::asset) fn add(list: &mut Vec<Influence>, joint: u16, weight: f32) {
     match list.iter_mut().find(|influence| influence.joint == joint) {
         Some(influence) => influence.weight += weight,
         None => list.push(Influence { joint, weight }),
@@ -144,7 +144,7 @@ fn add(list: &mut Vec<Influence>, joint: u16, weight: f32) {
 }
 
 /// Makes the weights sum to 1, greatest first.
-fn finish(list: &mut Vec<Influence>, mended: &mut Mended) {
+pub(in crate::asset) fn finish(list: &mut Vec<Influence>, mended: &mut Mended) {
     let sum: f64 = list.iter().map(|i| f64::from(i.weight)).sum();
     if sum == 0.0 {
         mended.zero += 1;
@@ -173,7 +173,7 @@ fn finish(list: &mut Vec<Influence>, mended: &mut Mended) {
 
 impl Mended {
     /// A sentence each.
-    pub(super) fn warnings(&self) -> Vec<String> {
+    pub(in crate::asset) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.scaled > 0 {
             let (count, least) = (self.scaled, self.least);

@@ -1,4 +1,4 @@
-//! Maintenance of the dermis workspace: `cargo xtask shaders | tidy | assets`.
+//! Maintenance of the dermis workspace: `cargo xtask shaders | header | tidy | assets`.
 
 mod shaders;
 // `build.rs` uses the rest.
@@ -9,6 +9,8 @@ mod tidy;
 
 #[cfg(feature = "assets")]
 mod assets;
+#[cfg(feature = "header")]
+mod header;
 
 use std::{
     path::{Path, PathBuf},
@@ -26,6 +28,8 @@ Usage: cargo xtask TASK
           --check compares instead of writing;
           --glslang compiles with the glslangValidator on the PATH, for quick trials:
           what it writes does not pass --check
+  header [--check]
+          writes include/dermis.h from src/capi; --check compares instead of writing
   tidy    checks modules, passes and files against the project's rules
   assets [--check] [NAME..]
           makes assets/arm.glb, hand.glb and mannequin.glb; --check compares instead of writing";
@@ -46,6 +50,10 @@ fn run(arguments: &[String]) -> Result<()> {
     match task.as_str() {
         "shaders" => shaders::run(rest),
         "tidy" if rest.is_empty() => tidy::run(&root()),
+        #[cfg(feature = "header")]
+        "header" => header::run(rest),
+        #[cfg(not(feature = "header"))]
+        "header" => again(&["header"], None, arguments),
         #[cfg(feature = "assets")]
         "assets" => assets::run(rest),
         #[cfg(not(feature = "assets"))]

@@ -1,0 +1,825 @@
+/*
+ * dermis: real-time character skin with contact and volume, on Vulkan.
+ *
+ * A context is a device, a rig a prepared character, a deformer an instance of a rig in a context: matrices of its joints go
+ * in, positions and normals come out.
+ *
+ * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
+ * object stays alive as long as another one uses it, so that they may be destroyed in any order.
+ *
+ * Functions may be called on any thread; calls on one object wait for each other. All but dm_api_version and dm_last_error
+ * return a dm_result; dm_last_error says what went wrong.
+ *
+ * Structs begin with their size, which the caller sets, also where the function fills the rest. Text is UTF-8. Matrices are
+ * 16 numbers, column-major. Rest space is that in which the mesh is modelled, model space that of the posed result. Arrays
+ * may have any alignment. Nothing that a caller passes is kept, but the log of a context.
+ *
+ * Generated from src/capi by `cargo xtask header`.
+ */
+
+#ifndef DERMIS_H
+#define DERMIS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Version of this interface; dm_context_desc has the one that a program was compiled with. */
+#define DM_API_VERSION 1
+
+/* Level of a message: a call failed, or Vulkan's validation layers complain. */
+#define DM_LOG_ERROR 0
+
+/* Level of a message: something was mended or left out. */
+#define DM_LOG_WARNING 1
+
+/* Level of a message: for information. */
+#define DM_LOG_INFO 2
+
+/* Flag of a context: compute on the CPU, without Vulkan. The same results up to rounding, slowly. */
+#define DM_CONTEXT_CPU 1
+
+/* Flag of a context: watch every call by Vulkan's validation layers, which have to be installed. */
+#define DM_CONTEXT_VALIDATION 2
+
+/* Flag of a context: measure times on the device, for dm_deformer_timings. */
+#define DM_CONTEXT_TIMESTAMPS 4
+
+/* Flag of a preparation: compute weights by heat diffusion though the character has some. */
+#define DM_RIG_HEAT_WEIGHTS 1
+
+/* Operator of the method: union in implicit skinning, contact in tracking. */
+#define DM_OPERATOR_DEFAULT 0
+
+/* Operator: union, with a crease. */
+#define DM_OPERATOR_UNION 1
+
+/* Operator: blend, without a crease (implicit skinning). */
+#define DM_OPERATOR_BLEND 2
+
+/* Operator: bulge in contact. */
+#define DM_OPERATOR_BULGE 3
+
+/* Operator: contact surface (tracking). */
+#define DM_OPERATOR_CONTACT 4
+
+/* Operator: the profile curve of dm_rig_options (tracking). */
+#define DM_OPERATOR_PROFILE 5
+
+/* Curve over the angle of two surfaces: the operator's own. */
+#define DM_CURVE_DEFAULT 0
+
+/* Curve: for elbows and knees. */
+#define DM_CURVE_ELBOW 1
+
+/* Curve: for fingers. */
+#define DM_CURVE_FINGER 2
+
+/* Curve of a controller: as deep as skin folds. */
+#define DM_CURVE_FOLD 3
+
+/* Curve of a controller: no contact. */
+#define DM_CURVE_NEVER 4
+
+/* Curve: through the three points that are given with it. */
+#define DM_CURVE_POINTS 5
+
+/* Method: linear blend skinning. */
+#define DM_LBS 0
+
+/* Method: dual-quaternion skinning. */
+#define DM_DQS 1
+
+/* Method: implicit skinning (Vaillant et al. 2013), the default. */
+#define DM_IMPLICIT 2
+
+/* Method: iso-surface tracking (Vaillant et al. 2014), from the skin of the pose before. */
+#define DM_TRACKING 3
+
+/*
+ What a function returns; every function but dm_api_version and dm_last_error has one.
+
+ Where it is not DM_OK, nothing has been written through pointers unless the function says so, and dm_last_error tells more.
+ */
+enum dm_result
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif  /* defined(__cplusplus) || __STDC_VERSION__ >= 202311L */
+ {
+    /* Success. */
+    DM_OK = 0,
+    /* A pointer is NULL that must not be. */
+    DM_ERROR_NULL = 1,
+    /* The size in a struct is not one that this version knows. */
+    DM_ERROR_STRUCT_SIZE = 2,
+    /* A handle is zero, of another kind, or of an object that was destroyed. */
+    DM_ERROR_HANDLE = 3,
+    /* Objects of different contexts. */
+    DM_ERROR_FOREIGN = 4,
+    /* The program was compiled with a header of another version. */
+    DM_ERROR_VERSION = 5,
+    /* An argument or a member of a struct is out of its range. */
+    DM_ERROR_ARGUMENT = 6,
+    /* A file cannot be read, or its content cannot be used. */
+    DM_ERROR_FILE = 7,
+    /* A pose has a matrix that is not finite, not affine or without inverse. */
+    DM_ERROR_POSE = 8,
+    /* Memory ran out, or the budget would be passed. */
+    DM_ERROR_MEMORY = 9,
+    /* A Vulkan call failed. */
+    DM_ERROR_VULKAN = 10,
+    /* The device was lost; its context and deformers can only be destroyed. */
+    DM_ERROR_DEVICE_LOST = 11,
+    /* No Vulkan loader or no device that fits. */
+    DM_ERROR_NO_DEVICE = 12,
+    /* An array of the caller has not the length that it has to have; the message says which. */
+    DM_ERROR_SIZE = 13,
+    /* A defect in dermis. The object that was in use can only be destroyed: all other calls on it return this. */
+    DM_ERROR_PANIC = 14
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum dm_result dm_result;
+#else
+typedef int32_t dm_result;
+#endif  /* __STDC_VERSION__ >= 202311L */
+#endif  /* __cplusplus */
+
+/*
+ Receives messages of a context: its own user pointer, DM_LOG_ERROR, DM_LOG_WARNING or DM_LOG_INFO, and text in UTF-8
+ that is valid during the call only.
+
+ It is called within calls of dermis, by the thread that made the call; calls on several threads may call it at once.
+ No object is locked meanwhile, so that it may call dermis. It must return: neither throw nor jump. NULL for none.
+ */
+typedef void (*dm_log)(void *user, int32_t level, const char *message);
+
+/* How a context is made. Zeros besides size and api_version choose the best device. */
+typedef struct dm_context_desc {
+    /* sizeof(dm_context_desc). */
+    uint32_t size;
+    /* DM_API_VERSION. */
+    uint32_t api_version;
+    /* DM_CONTEXT_CPU, DM_CONTEXT_VALIDATION and DM_CONTEXT_TIMESTAMPS, or-ed; the latter two do nothing on the CPU. */
+    uint32_t flags;
+    /*
+     Part of a device's name, in any case, or its number in Vulkan's order, in UTF-8; NULL for the best: discrete before
+     integrated before software. Not read with DM_CONTEXT_CPU.
+     */
+    const char *device;
+    /* Most bytes of device memory in use at once; 0 for no bound but the device's. */
+    uint64_t budget;
+    /* Receives messages; may be NULL. */
+    dm_log log;
+    /* First argument of log, kept as long as the context or a deformer in it exists. */
+    void *log_user;
+} dm_context_desc;
+
+/* A device, or the CPU in its place. Zero is no context. */
+typedef struct dm_context {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_context;
+
+/* Device memory in use, in bytes by what it is for. All zero for a context on the CPU. */
+typedef struct dm_memory {
+    /* sizeof(dm_memory), set by the caller. */
+    uint32_t size;
+    /* Implicit fields of the bones. */
+    uint64_t fields;
+    /* Topology, weights and rest state of meshes. */
+    uint64_t mesh;
+    /* Operator volumes. */
+    uint64_t operators;
+    /* Poses on their way to the device. */
+    uint64_t pose_ring;
+    /* State and scratch of frames, staging. */
+    uint64_t transient;
+    /* Results on their way back. */
+    uint64_t readback;
+    /* Sum of all above. */
+    uint64_t total;
+    /* Number of buffers and images. */
+    uint64_t buffers;
+} dm_memory;
+
+/*
+ Receives one buffer or image of dm_context_allocations: the user pointer, the member of dm_memory that it is counted in
+ and its name, both valid during the call only, and its bytes, alignment included.
+ */
+typedef void (*dm_allocation_report)(void *user, const char *class_name, const char *name, uint64_t bytes);
+
+/* How a joint's part meets its parent's part. Zeros besides size and name are the defaults. */
+typedef struct dm_joint_options {
+    /* sizeof(dm_joint_options). */
+    uint32_t size;
+    /* DM_OPERATOR_... */
+    uint32_t op;
+    /* Name of the joint, in UTF-8. */
+    const char *name;
+    /* Opening of the operator with the angle (implicit skinning): DM_CURVE_DEFAULT, _ELBOW, _FINGER or _POINTS. */
+    uint32_t opening;
+    /* Depth of the contact with the angle (tracking): DM_CURVE_... */
+    uint32_t controller;
+    /* Not 0: the skin of the joint's part follows it rigidly (tracking). */
+    uint32_t rigid;
+    /* Three pairs of cosine, rising, and opening from 0 (full operator) to 1 (union), for DM_CURVE_POINTS. */
+    float opening_points[6];
+    /* Three pairs of cosine, rising, and depth from 0 (union) to 1, for DM_CURVE_POINTS. */
+    float controller_points[6];
+} dm_joint_options;
+
+/* How a character is prepared; dm_rig_options_default fills it. */
+typedef struct dm_rig_options {
+    /* sizeof(dm_rig_options). */
+    uint32_t size;
+    /* DM_RIG_HEAT_WEIGHTS or 0. */
+    uint32_t flags;
+    /* How often every triangle is cut into four, 0 to 4. */
+    uint32_t subdivide;
+    /* Magnitude of the bulge operator; 0 gives none, 1 is the authors' size and the default. */
+    float magnitude;
+    /* Number of joints. */
+    uint32_t joint_count;
+    /* Joints that have other than the defaults; may be NULL where there are none. */
+    const struct dm_joint_options *joints;
+    /* Path of a profile curve as JSON, for DM_OPERATOR_PROFILE; may be NULL. */
+    const char *profile;
+    /* Path of extra primitives (muscles) as JSON; may be NULL. */
+    const char *primitives;
+    /* Folder that keeps preparations, which then take milliseconds the next time; may be NULL. */
+    const char *cache;
+} dm_rig_options;
+
+/* A character, prepared once; immutable, and independent of contexts. Zero is no rig. */
+typedef struct dm_rig {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_rig;
+
+/*
+ A rigged mesh, all in rest space: the space, in any unit, in which the mesh is modelled and bound.
+
+ Rows at one position (seams of texture coordinates) are welded for the deformation and come back as the rows they are.
+ */
+typedef struct dm_mesh_desc {
+    /* sizeof(dm_mesh_desc). */
+    uint32_t size;
+    /* Number of vertices. */
+    uint32_t vertices;
+    /* Number of triangles. */
+    uint32_t triangles;
+    /* Number of joints, up to 65535. */
+    uint32_t joints;
+    /* Joints and weights of each vertex, up to 64; not read without weights. */
+    uint32_t influences;
+    /* Positions, 3 numbers a vertex. */
+    const float *positions;
+    /* Normals, 3 numbers a vertex; NULL to compute them from the triangles. */
+    const float *normals;
+    /* Rows of vertices, 3 a triangle, counter-clockwise seen from outside. */
+    const uint32_t *indices;
+    /* Parent of each joint, UINT32_MAX for a root. Parents come before their children. */
+    const uint32_t *parents;
+    /* Bind matrix of each joint (the inverse of what glTF has): joint space to rest space, 16 numbers, column-major. */
+    const float *bind;
+    /* Name of each joint, unique, in UTF-8; NULL for joint_0, joint_1 and so on. */
+    const char *const *names;
+    /* Joints of each vertex, `influences` a vertex; NULL, as weights, to compute both by heat diffusion. */
+    const uint16_t *joint_indices;
+    /* Their weights, not negative; they are scaled to sum 1 where they do not. */
+    const float *weights;
+} dm_mesh_desc;
+
+/* Numbers of a rig. */
+typedef struct dm_rig_info {
+    /* sizeof(dm_rig_info), set by the caller. */
+    uint32_t size;
+    /* Rows of the output: the vertices of the file or the arrays, and those that subdivision adds. */
+    uint32_t vertices;
+    /* Vertices that are deformed, after rows at one position are welded. */
+    uint32_t welded;
+    /* Triangles, as rows of the output. */
+    uint32_t triangles;
+    /* Joints; a pose has a matrix each. */
+    uint32_t joints;
+    /* Implicit fields. */
+    uint32_t fields;
+    /* Animation clips of the file. */
+    uint32_t clips;
+} dm_rig_info;
+
+/* How a deformer works. Fill it by dm_settings_default and change what is to differ: zeros are no defaults. */
+typedef struct dm_settings {
+    /* sizeof(dm_settings). */
+    uint32_t size;
+    /* DM_LBS, DM_DQS, DM_IMPLICIT or DM_TRACKING. */
+    uint32_t method;
+    /* Share of the distance to the iso-value that a Newton step goes, above 0 to 1. */
+    float sigma;
+    /* Distance to the iso-value that counts as settled, in field values. */
+    float tolerance;
+    /* Angle between successive gradients that counts as a contact, degrees. */
+    float contact_degrees;
+    /* Newton steps before each relaxation, 1 to 64. */
+    uint32_t steps;
+    /* Rounds of Newton steps and relaxation, 1 to 256. */
+    uint32_t rounds;
+    /* Steps of the diffusion of contacts, 1 to 64. */
+    uint32_t diffusions;
+    /* Smoothing steps at contacts, odd, less than 64. */
+    uint32_t smoothings;
+    /* Newton steps of the last round and after the smoothing, 1 to 250. */
+    uint32_t settling_steps;
+    /* Tracking: iterations of a sub-step in which a joint turns by full_turn_degrees, least_iterations to 600. */
+    uint32_t iterations;
+    /* Tracking: least iterations of a sub-step, 1 or more. */
+    uint32_t least_iterations;
+    /* Tracking: turn of a joint that takes all iterations, degrees. */
+    float full_turn_degrees;
+    /* Tracking: movement in an iteration that counts as rest, over the radius of the vertex's part. */
+    float stillness;
+    /* Tracking: share of a vertex's goal that is where its joints carry it, 0 to 1. */
+    float tie;
+    /* Tracking: the same for open components and shells on a single part, 0 to 1. */
+    float loose_tie;
+    /* Tracking: spectral radius that Chebyshev's semi-iteration assumes, 0 (plain Jacobi) to less than 1. */
+    float spectral_radius;
+    /* Tracking: most degrees that a joint turns in a sub-step. */
+    float substep_degrees;
+    /* Tracking: bends below this count as this, degrees. */
+    float least_bend_degrees;
+    /* Tracking: most sub-steps a frame, 1 to 64. */
+    uint32_t max_substeps;
+    /* Tracking: sub-steps that turn further are looked over for faults and halved where they have any, degrees. */
+    float halving_degrees;
+    /* Tracking: faults more than at rest that do not matter. */
+    uint32_t allowed_faults;
+} dm_settings;
+
+/* An instance of a rig in a context, which follows poses. Zero is no deformer. */
+typedef struct dm_deformer {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_deformer;
+
+/* Where dm_deformer_read puts a skin, a row a vertex of the output, in model space. Each array may be NULL. */
+typedef struct dm_skin {
+    /* sizeof(dm_skin). */
+    uint32_t size;
+    /* Vertices that each array has room for, at least dm_rig_info.vertices. */
+    uint32_t vertices;
+    /* Positions, 3 numbers a vertex. */
+    float *positions;
+    /* Unit normals, 3 numbers a vertex. */
+    float *normals;
+    /* Composed field at the vertex; 0 for geometric methods and vertices. */
+    float *fields;
+    /* Iso-value of the vertex; 0 for geometric methods and vertices. */
+    float *isos;
+    /* 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit. */
+    uint8_t *states;
+    /* Joint of the vertex's part. */
+    uint16_t *bones;
+} dm_skin;
+
+/* How much work the last frame did. */
+typedef struct dm_iterations {
+    /* sizeof(dm_iterations), set by the caller. */
+    uint32_t size;
+    /* Most field evaluations of a vertex. */
+    uint32_t newton_max;
+    /* Mean field evaluations a vertex in reach of a field. */
+    double newton_mean;
+    /* Rounds of projection and relaxation. */
+    uint32_t rounds;
+    /* Jacobi iterations of all sub-steps (tracking). */
+    uint32_t jacobi;
+    /* Sub-steps of the frame. */
+    uint32_t substeps;
+    /* Sub-steps that were done again in two halves (tracking). */
+    uint32_t halved;
+    /* 1 where the frame would have needed more sub-steps than it may have (tracking), else 0. */
+    uint32_t capped;
+    /* Always 0. */
+    uint32_t reserved;
+    /* Field evaluations of all vertices. */
+    uint64_t evaluations;
+    /* Texture fetches of all vertices; 0 where they are not counted. */
+    uint64_t fetches;
+} dm_iterations;
+
+/* How long the last frame took, in nanoseconds. */
+typedef struct dm_timings {
+    /* sizeof(dm_timings), set by the caller. */
+    uint32_t size;
+    /*
+     1 where the times on the device are measured, else 0: without DM_CONTEXT_TIMESTAMPS, on the CPU, or before a frame
+     is complete.
+     */
+    uint32_t measured;
+    /* On the device, of the last frame that is complete, from its begin to its end; 0 where it is not measured. */
+    uint64_t gpu_ns;
+    /* What one timestamp costs, taken off gpu_ns; 0 where it is not measured. */
+    uint64_t stamp_ns;
+    /* On the CPU: what the last dm_deformer_advance took to record and submit, or on the CPU to compute. */
+    uint64_t record_ns;
+} dm_timings;
+
+#ifdef __cplusplus
+extern "C" {
+#endif  /* __cplusplus */
+
+/*
+ Version of the interface that the library has: DM_API_VERSION of its own header.
+
+ Threads: any, at any time.
+ */
+uint32_t dm_api_version(void);
+
+/*
+ Message of the last call of this thread that failed, in English and UTF-8; "" where none has failed. Never NULL.
+
+ It names the function, the argument and the reason. The text belongs to dermis and stays valid until this thread calls
+ another function of dermis or ends.
+ */
+const char *dm_last_error(void);
+
+/*
+ Opens a device of dermis' own: Vulkan instance, device, queue and memory belong to dermis.
+
+ desc: copied; its text may go after the call. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any. Takes from milliseconds to a second.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
+ DM_ERROR_ARGUMENT for unknown flags or text that is not UTF-8; DM_ERROR_NO_DEVICE without a loader, a device that fits or
+ the validation layers, with what to install; DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
+
+ Pointers:
+ desc and out are NULL or valid; device is NULL or text that ends with zero; log and log_user stay valid as long as the
+ context and its deformers, and log may be called by any thread that calls dermis.
+ */
+dm_result dm_context_create(const struct dm_context_desc *desc,
+                            struct dm_context *out);
+
+/*
+ Destroys a context. Deformers in it stay usable and keep its device until they are destroyed, too.
+
+ Threads: any; a call that uses the context on another thread completes first or keeps it until its end.
+ May wait for the device.
+
+ Returns DM_OK, or DM_ERROR_HANDLE where there is no such context (any more).
+ */
+dm_result dm_context_destroy(struct dm_context context);
+
+/*
+ Sums the device memory that a context has in use.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Does not wait for the device.
+
+ Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_context_memory(struct dm_context context, struct dm_memory *out);
+
+/*
+ Reports every buffer and image that a context has in use, in the order in which they were made; none on the CPU.
+
+ report: called once each with user, during this call and on this thread; no object is locked meanwhile, so that it may
+ call dermis. It must return: neither throw nor jump.
+
+ Threads: any. Does not wait for the device.
+
+ Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+
+ Pointers:
+ report is NULL or a function that may be called with user.
+ */
+dm_result dm_context_allocations(struct dm_context context,
+                                 dm_allocation_report report,
+                                 void *user);
+
+/*
+ Fills options with the defaults, those that NULL in their place has.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL or DM_ERROR_STRUCT_SIZE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_rig_options_default(struct dm_rig_options *out);
+
+/*
+ Reads a rigged character from a glTF 2.0 file (.glb, .gltf) and prepares it: fits the implicit fields, once.
+
+ path: UTF-8. options: NULL for the defaults; copied. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any; works on all cores, from a tenth of a second to some seconds.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_FILE where a file cannot be read or used, naming the element;
+ DM_ERROR_ARGUMENT for options that are out of range or name joints which the character has not.
+
+ Pointers:
+ path is NULL or text that ends with zero; options is NULL or valid with all it points to; out is NULL or valid.
+ */
+dm_result dm_rig_load(const char *path,
+                      const struct dm_rig_options *options,
+                      struct dm_rig *out);
+
+/*
+ Prepares a character from arrays in memory, without a file; it has no clips.
+
+ desc: all its arrays are copied. options: NULL for the defaults; copied. out: receives the handle, which is the caller's
+ to destroy.
+
+ Threads: any; works on all cores, from a tenth of a second to some seconds.
+
+ Returns DM_OK; DM_ERROR_NULL where an array is that must not be; DM_ERROR_STRUCT_SIZE; DM_ERROR_ARGUMENT naming the array
+ and the row that is not finite or out of range, the joint without inverse or before its parent, or what is wrong with the
+ options; DM_ERROR_FILE for files that the options name.
+
+ Pointers:
+ desc and options are NULL or valid with all they point to, each array as long as desc says; out is NULL or valid.
+ */
+dm_result dm_rig_create(const struct dm_mesh_desc *desc,
+                        const struct dm_rig_options *options,
+                        struct dm_rig *out);
+
+/*
+ Destroys a rig. Deformers of it stay usable.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there is no such rig (any more).
+ */
+dm_result dm_rig_destroy(struct dm_rig rig);
+
+/*
+ Tells the numbers of a rig.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE or DM_ERROR_HANDLE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_rig_get_info(struct dm_rig rig, struct dm_rig_info *out);
+
+/*
+ Finds a joint by its name.
+
+ name: UTF-8. out: receives the joint's row, that of its matrix in a pose.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the rig has no such joint.
+
+ Pointers:
+ name is NULL or text that ends with zero; out is NULL or valid.
+ */
+dm_result dm_rig_joint(struct dm_rig rig,
+                       const char *name,
+                       uint32_t *out);
+
+/*
+ Tells the name of a joint, in UTF-8.
+
+ out: receives the text with its zero byte; bytes: room in it. needed: receives the bytes that the text takes; may be NULL.
+ With out NULL and bytes 0 only needed is written.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for a row that the rig has not;
+ DM_ERROR_SIZE where there is not enough room, with needed written.
+
+ Pointers:
+ out is NULL or has room for bytes; needed is NULL or valid.
+ */
+dm_result dm_rig_joint_name(struct dm_rig rig,
+                            uint32_t joint,
+                            char *out,
+                            size_t bytes,
+                            size_t *needed);
+
+/*
+ Copies the triangles, 3 rows of the output each.
+
+ out: array of the caller; count: numbers that it has room for, at least three times dm_rig_info.triangles.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL, DM_ERROR_HANDLE or DM_ERROR_SIZE.
+
+ Pointers:
+ out is NULL or has room for count numbers.
+ */
+dm_result dm_rig_indices(struct dm_rig rig, uint32_t *out, size_t count);
+
+/*
+ Tells the time of a clip's last key, in seconds.
+
+ clip: row of the clip, less than dm_rig_info.clips.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for a clip that the rig has not.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_rig_clip_seconds(struct dm_rig rig,
+                              uint32_t clip,
+                              float *out);
+
+/*
+ Samples a clip of the file; before its first and after its last key it holds.
+
+ seconds: time in the clip. matrices: array of the caller, 16 numbers a joint, column-major: each carries rest space to
+ model space, which is the space of the file's scene. count: matrices that it has room for, at least dm_rig_info.joints.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_ARGUMENT for a clip that the rig has
+ not or a time that is not finite; DM_ERROR_POSE where the file's keys give no usable pose.
+
+ Pointers:
+ matrices is NULL or has room for 16 times count numbers.
+ */
+dm_result dm_rig_pose_clip(struct dm_rig rig,
+                           uint32_t clip,
+                           float seconds,
+                           float *matrices,
+                           size_t count);
+
+/*
+ Composes a pose of turns: each joint moves in its own frame, as it is bound, and carries its children.
+
+ local: 16 numbers a joint, column-major, identities for rest. matrices: array of the caller, 16 numbers a joint,
+ column-major: each carries rest space to model space, which here is rest space as well; may be the same array as local.
+ count: matrices in either, exactly dm_rig_info.joints.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is
+ not finite, not affine or has no inverse.
+
+ Pointers:
+ local is NULL or has 16 times count numbers; matrices is NULL or has room for as many.
+ */
+dm_result dm_rig_pose_local(struct dm_rig rig,
+                            const float *local,
+                            float *matrices,
+                            size_t count);
+
+/*
+ Makes an instance of a rig in a context, at rest: uploads it and samples its fields on the device.
+
+ settings: NULL for the defaults; copied. out: receives the handle, which is the caller's to destroy. The deformer keeps
+ what it needs of context and rig, which may be destroyed before it. What was mended in the character is told to the
+ context's log.
+
+ Threads: any; other calls on the context wait meanwhile. Takes from milliseconds to a second, and waits for the device.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT naming the setting that is out of
+ range, or where the rig has what the method cannot do; DM_ERROR_MEMORY where the budget or the device is too small;
+ DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ settings and out are NULL or valid.
+ */
+dm_result dm_deformer_create(struct dm_context context,
+                             struct dm_rig rig,
+                             const struct dm_settings *settings,
+                             struct dm_deformer *out);
+
+/*
+ Destroys a deformer.
+
+ Threads: any; a call that uses it on another thread completes first. Does not wait for the device: memory goes when the
+ device is done with it.
+
+ Returns DM_OK, or DM_ERROR_HANDLE where there is no such deformer (any more).
+ */
+dm_result dm_deformer_destroy(struct dm_deformer deformer);
+
+/*
+ Deforms for a pose. Submits to dermis' own queue and does not wait, unless two frames are on their way already; on the
+ CPU it computes.
+
+ matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied.
+ count: matrices, exactly dm_rig_info.joints.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is not finite,
+ not affine or has no inverse, with the skin as it was; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ matrices is NULL or has 16 times count numbers.
+ */
+dm_result dm_deformer_advance(struct dm_deformer deformer,
+                              const float *matrices,
+                              size_t count);
+
+/*
+ Reads the last skin; waits for it. Before the first pose its content is undefined.
+
+ skin: where to put it; the arrays are the caller's.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_VULKAN; DM_ERROR_MEMORY;
+ DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ skin is NULL or valid, and each array in it is NULL or has room for as many vertices as it says.
+ */
+dm_result dm_deformer_read(struct dm_deformer deformer,
+                           const struct dm_skin *skin);
+
+/*
+ Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts. Does nothing for methods
+ other than tracking, which have no such state.
+
+ Threads: any. Waits for the device.
+
+ Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+ */
+dm_result dm_deformer_reset(struct dm_deformer deformer);
+
+/*
+ Saves the state that the next frame goes on from, as bytes for dm_deformer_restore of the same rig and settings, by this
+ version of the library on this kind of machine. 0 bytes for methods other than tracking.
+
+ out: buffer of the caller; bytes: room in it. needed: receives the bytes of the state; may be NULL.
+ With out NULL and bytes 0 only needed is written. The number grows once, with the first pose.
+
+ Threads: any. Waits for the device.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE where there is not enough room, with needed written;
+ DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ out is NULL or has room for bytes; needed is NULL or valid.
+ */
+dm_result dm_deformer_save(struct dm_deformer deformer,
+                           void *out,
+                           size_t bytes,
+                           size_t *needed);
+
+/*
+ Goes on from a saved state.
+
+ state: what dm_deformer_save wrote; copied. bytes: its length; 0, with state NULL or not, for methods that have no state.
+
+ Threads: any. Waits for the device.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the bytes are no state, or one of another
+ character, or the method has none; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ state is NULL or has bytes.
+ */
+dm_result dm_deformer_restore(struct dm_deformer deformer,
+                              const void *state,
+                              size_t bytes);
+
+/*
+ Tells how much work the last frame did; all zero for geometric methods.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Waits for the frame.
+
+ Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_MEMORY,
+ DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_deformer_iterations(struct dm_deformer deformer, struct dm_iterations *out);
+
+/*
+ Tells how long the last frame took.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Does not wait for the device.
+
+ Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_deformer_timings(struct dm_deformer deformer, struct dm_timings *out);
+
+/*
+ Fills settings with the defaults, those that NULL in their place has: the papers', or what measured best.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL or DM_ERROR_STRUCT_SIZE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_settings_default(struct dm_settings *out);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  /* __cplusplus */
+
+#endif  /* DERMIS_H */

@@ -1,0 +1,46 @@
+//! The C interface, `include/dermis.h`: contexts, rigs and deformers behind handles, with error codes.
+//!
+//! `tools/libdermis` makes the C library of it; `cargo xtask header` writes the header, in which the documentation of these
+//! items is the manual. Only the public side of the crate is used here.
+//!
+//! The one global state is the table of handles ([`handle`]); the last error is a thread's own ([`guard`]).
+// Rust and C share one name for everything.
+#![allow(non_camel_case_types, clippy::upper_case_acronyms)]
+
+// The header has its items in this order.
+mod guard;
+mod handle;
+mod log;
+mod pointer;
+
+mod context;
+
+mod mesh;
+mod options;
+mod rig;
+
+mod deformer;
+mod report;
+mod settings;
+
+pub use context::*;
+pub use deformer::*;
+pub use guard::*;
+pub use handle::*;
+pub use log::*;
+pub use mesh::*;
+pub use options::*;
+pub use report::*;
+pub use rig::*;
+pub use settings::*;
+
+/// Version of this interface; dm_context_desc has the one that a program was compiled with.
+pub const DM_API_VERSION: u32 = 1;
+
+/// Version of the interface that the library has: DM_API_VERSION of its own header.
+///
+/// Threads: any, at any time.
+#[unsafe(no_mangle)]
+pub extern "C" fn dm_api_version() -> u32 {
+    DM_API_VERSION
+}

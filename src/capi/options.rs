@@ -1,0 +1,254 @@
+//! What a caller may choose about a preparation.
+
+use std::{ffi::c_char, path::PathBuf};
+
+use super::{
+    guard::{Fault, Outcome, dm_result, guard},
+    pointer::{self, structs},
+};
+use crate::{
+    asset::Model,
+    compose::{Controller, OpeningCurve, Operator, Profile},
+    rig::{Options, Primitive, Rig, Skeleton},
+};
+
+/// Flag of a preparation: compute weights by heat diffusion though the character has some.
+pub const DM_RIG_HEAT_WEIGHTS: u32 = 1;
+
+/// Operator of the method: union in implicit skinning, contact in tracking.
+pub const DM_OPERATOR_DEFAULT: u32 = 0;
+/// Operator: union, with a crease.
+pub const DM_OPERATOR_UNION: u32 = 1;
+/// Operator: blend, without a crease (implicit skinning).
+pub const DM_OPERATOR_BLEND: u32 = 2;
+/// Operator: bulge in contact.
+pub const DM_OPERATOR_BULGE: u32 = 3;
+/// Operator: contact surface (tracking).
+pub const DM_OPERATOR_CONTACT: u32 = 4;
+/// Operator: the profile curve of dm_rig_options (tracking).
+pub const DM_OPERATOR_PROFILE: u32 = 5;
+
+/// Curve over the angle of two surfaces: the operator's own.
+pub const DM_CURVE_DEFAULT: u32 = 0;
+/// Curve: for elbows and knees.
+pub const DM_CURVE_ELBOW: u32 = 1;
+/// Curve: for fingers.
+pub const DM_CURVE_FINGER: u32 = 2;
+/// Curve of a controller: as deep as skin folds.
+pub const DM_CURVE_FOLD: u32 = 3;
+/// Curve of a controller: no contact.
+pub const DM_CURVE_NEVER: u32 = 4;
+/// Curve: through the three points that are given with it.
+pub const DM_CURVE_POINTS: u32 = 5;
+
+/// How a joint's part meets its parent's part. Zeros besides size and name are the defaults.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct dm_joint_options {
+    /// sizeof(dm_joint_options).
+    pub size: u32,
+    /// DM_OPERATOR_...
+    pub op: u32,
+    /// Name of the joint, in UTF-8.
+    pub name: *const c_char,
+    /// Opening of the operator with the angle (implicit skinning): DM_CURVE_DEFAULT, _ELBOW, _FINGER or _POINTS.
+    pub opening: u32,
+    /// Depth of the contact with the angle (tracking): DM_CURVE_...
+    pub controller: u32,
+    /// Not 0: the skin of the joint's part follows it rigidly (tracking).
+    pub rigid: u32,
+    /// Three pairs of cosine, rising, and opening from 0 (full operator) to 1 (union), for DM_CURVE_POINTS.
+    pub opening_points: [f32; 6],
+    /// Three pairs of cosine, rising, and depth from 0 (union) to 1, for DM_CURVE_POINTS.
+    pub controller_points: [f32; 6],
+}
+
+/// How a character is prepared; dm_rig_options_default fills it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct dm_rig_options {
+    /// sizeof(dm_rig_options).
+    pub size: u32,
+    /// DM_RIG_HEAT_WEIGHTS or 0.
+    pub flags: u32,
+    /// How often every triangle is cut into four, 0 to 4.
+    pub subdivide: u32,
+    /// Magnitude of the bulge operator; 0 gives none, 1 is the authors' size and the default.
+    pub magnitude: f32,
+    /// Number of joints.
+    pub joint_count: u32,
+    /// Joints that have other than the defaults; may be NULL where there are none.
+    pub joints: *const dm_joint_options,
+    /// Path of a profile curve as JSON, for DM_OPERATOR_PROFILE; may be NULL.
+    pub profile: *const c_char,
+    /// Path of extra primitives (muscles) as JSON; may be NULL.
+    pub primitives: *const c_char,
+    /// Folder that keeps preparations, which then take milliseconds the next time; may be NULL.
+    pub cache: *const c_char,
+}
+
+structs!(dm_joint_options, dm_rig_options);
+
+const DEFAULT: dm_rig_options = dm_rig_options {
+    size: size_of::<dm_rig_options>() as u32,
+    flags: 0,
+    subdivide: 0,
+    magnitude: 1.0,
+    joint_count: 0,
+    joints: std::ptr::null(),
+    profile: std::ptr::null(),
+    primitives: std::ptr::null(),
+    cache: std::ptr::null(),
+};
+
+/// Fills options with the defaults, those that NULL in their place has.
+///
+/// out: size set by the caller, the rest is filled.
+///
+/// Threads: any. Returns DM_OK, DM_ERROR_NULL or DM_ERROR_STRUCT_SIZE.
+///
+/// # Safety
+/// out is NULL or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dm_rig_options_default(out: *mut dm_rig_options) -> dm_result {
+    guard("dm_rig_options_default", || {
+        // SAFETY: the caller's promise.
+        unsafe {
+            pointer::check(out, "out")?;
+            pointer::put(out, DEFAULT);
+        }
+        Ok(())
+    })
+}
+
+/// The options as Rust has them, and the files that they name.
+#[derive(Default)]
+pub(super) struct Preparation {
+    options: Options,
+    primitives: Option<PathBuf>,
+    cache: Option<PathBuf>,
+}
+
+impl Preparation {
+    /// # Safety
+    /// `options` is NULL, for the defaults, or valid with all that it points to.
+    pub(super) unsafe fn read(options: *const dm_rig_options) -> Outcome<Self> {
+        if options.is_null() {
+            return Ok(Self::default());
+        }
+        // SAFETY: the caller's promise.
+        let given = unsafe { pointer::read(options, "options")? };
+        if given.flags & !DM_RIG_HEAT_WEIGHTS != 0 {
+            let reason = format!("{:#x} has unknown flags", given.flags);
+            return Err(Fault::argument("options.flags", reason));
+        }
+        if given.subdivide > 4 {
+            let reason = format!("{} is not in 0 to 4", given.subdivide);
+            return Err(Fault::argument("options.subdivide", reason));
+        }
+        let mut options = Options {
+            magnitude: given.magnitude,
+            subdivide: given.subdivide,
+            heat_weights: given.flags & DM_RIG_HEAT_WEIGHTS != 0,
+            ..Options::default()
+        };
+        if given.joint_count > 0 {
+            pointer::not_null(given.joints, "options.joints")?;
+        }
+        // SAFETY: the caller's promise, here and below.
+        let (profile, primitives, cache) = unsafe {
+            for row in 0..given.joint_count as usize {
+                add_joint(&mut options, given.joints.add(row))?;
+            }
+            (
+                pointer::optional_path(given.profile, "options.profile")?,
+                pointer::optional_path(given.primitives, "options.primitives")?,
+                pointer::optional_path(given.cache, "options.cache")?,
+            )
+        };
+        if let Some(path) = profile {
+            if !options.joints.iter().any(|(_, o)| *o == Operator::Profile) {
+                let reason = "no joint has DM_OPERATOR_PROFILE";
+                return Err(Fault::argument("options.profile", reason));
+            }
+            options.profile = Some(Profile::read(&path)?);
+        }
+        Ok(Self {
+            options,
+            primitives,
+            cache,
+        })
+    }
+
+    pub(super) fn prepare(mut self, model: &Model) -> Outcome<Rig> {
+        if let Some(file) = &self.primitives {
+            let skeleton = Skeleton::from_model(model)?;
+            let list = Primitive::read(file)?;
+            Primitive::check(&list, &skeleton).map_err(|e| e.in_file(file))?;
+            self.options.primitives = list;
+        }
+        let rig = match &self.cache {
+            Some(dir) => Rig::prepare_cached(dir, model, &self.options, &|_| {}),
+            None => Rig::prepare(model, &self.options, &|_| {}),
+        };
+        Ok(rig?)
+    }
+}
+
+/// # Safety
+/// `joint` is valid with the text that it points to.
+unsafe fn add_joint(options: &mut Options, joint: *const dm_joint_options) -> Outcome {
+    // SAFETY: the caller's promise.
+    let (given, name) = unsafe {
+        let given = pointer::read(joint, "options.joints")?;
+        let name = pointer::text(given.name, "options.joints.name")?;
+        (given, name)
+    };
+    let operator = match given.op {
+        DM_OPERATOR_DEFAULT => None,
+        DM_OPERATOR_UNION => Some(Operator::Union),
+        DM_OPERATOR_BLEND => Some(Operator::Blend),
+        DM_OPERATOR_BULGE => Some(Operator::Bulge),
+        DM_OPERATOR_CONTACT => Some(Operator::Contact),
+        DM_OPERATOR_PROFILE => Some(Operator::Profile),
+        other => return Err(unknown("op", &name, other)),
+    };
+    let opening = match given.opening {
+        DM_CURVE_DEFAULT => None,
+        DM_CURVE_ELBOW => Some(OpeningCurve::elbow()),
+        DM_CURVE_FINGER => Some(OpeningCurve::finger()),
+        DM_CURVE_POINTS => {
+            let points = pairs(&given.opening_points);
+            Some(OpeningCurve::new(points, [1.0; 2])?)
+        }
+        other => return Err(unknown("opening", &name, other)),
+    };
+    let controller = match given.controller {
+        DM_CURVE_DEFAULT => None,
+        DM_CURVE_ELBOW => Some(Controller::elbow()),
+        DM_CURVE_FINGER => Some(Controller::finger()),
+        DM_CURVE_FOLD => Some(Controller::fold()),
+        DM_CURVE_NEVER => Some(Controller::never()),
+        DM_CURVE_POINTS => {
+            let points = pairs(&given.controller_points);
+            Some(Controller::new(points, [1.0; 2])?)
+        }
+        other => return Err(unknown("controller", &name, other)),
+    };
+    options.joints.extend(operator.map(|o| (name.clone(), o)));
+    options.openings.extend(opening.map(|o| (name.clone(), o)));
+    options
+        .controllers
+        .extend(controller.map(|c| (name.clone(), c)));
+    options.rigid.extend((given.rigid != 0).then_some(name));
+    Ok(())
+}
+
+fn unknown(member: &str, joint: &str, value: u32) -> Fault {
+    let reason = format!("{value} is unknown (joint {joint:?})");
+    Fault::argument(&format!("options.joints.{member}"), reason)
+}
+
+fn pairs(x: &[f32; 6]) -> [(f32, f32); 3] {
+    [(x[0], x[1]), (x[2], x[3]), (x[4], x[5])]
+}
