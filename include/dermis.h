@@ -44,6 +44,15 @@
 /* Flag of a context: measure times on the device, for dm_deformer_timings. */
 #define DM_CONTEXT_TIMESTAMPS 4
 
+/* Feature of a device: synchronization2, by its extension or Vulkan 1.3. Without it older barriers are recorded. */
+#define DM_FEATURE_SYNCHRONIZATION2 1
+
+/* Feature of an instance: VK_EXT_debug_utils. With it objects have names and passes have labels. */
+#define DM_FEATURE_DEBUG_UTILS 2
+
+/* Most extensions that dermis can use. */
+#define DM_MAX_EXTENSIONS 8
+
 /* Flag of a preparation: compute weights by heat diffusion though the character has some. */
 #define DM_RIG_HEAT_WEIGHTS 1
 
@@ -82,6 +91,21 @@
 
 /* Curve: through the three points that are given with it. */
 #define DM_CURVE_POINTS 5
+
+/* Number of frames that may be on the device at once: frame slots are below it. */
+#define DM_FRAME_SLOTS 2
+
+/* Format of normals: none are written. */
+#define DM_NORMAL_NONE 0
+
+/* Format of normals: three 32-bit floats. */
+#define DM_NORMAL_F32 1
+
+/* Format of normals: three signed normalised bytes and a byte of 0. */
+#define DM_NORMAL_SNORM8 2
+
+/* No other queue family. */
+#define DM_SAME_FAMILY UINT32_MAX
 
 /* Method: linear blend skinning. */
 #define DM_LBS 0
@@ -207,6 +231,54 @@ typedef struct dm_memory {
  and its name, both valid during the call only, and its bytes, alignment included.
  */
 typedef void (*dm_allocation_report)(void *user, const char *class_name, const char *name, uint64_t bytes);
+
+/* Any function; to be cast to its own type. */
+typedef void (*dm_function)(void);
+
+/* vkGetInstanceProcAddr, as PFN_vkGetInstanceProcAddr cast to this type. */
+typedef dm_function (*dm_get_instance_proc_addr)(void *instance, const char *name);
+
+/* What a host that is about to create its device may turn on for dermis. Besides, timelineSemaphore has to be on. */
+typedef struct dm_vulkan_requirements {
+    /* sizeof(dm_vulkan_requirements), set by the caller. */
+    uint32_t size;
+    /* DM_FEATURE_… that the device offers, each with a fallback. */
+    uint32_t features;
+    /* A queue family that does compute, graphics as well where there is one. */
+    uint32_t queue_family;
+    /* Entries of extensions in use. */
+    uint32_t extension_count;
+    /* Names of device extensions behind the features; the text is dermis' own and stays. */
+    const char *extensions[DM_MAX_EXTENSIONS];
+} dm_vulkan_requirements;
+
+/* A device of the host's. dermis creates on it what deformers need and destroys that again, and nothing else. */
+typedef struct dm_vulkan_desc {
+    /* sizeof(dm_vulkan_desc). */
+    uint32_t size;
+    /* DM_API_VERSION. */
+    uint32_t api_version;
+    /* From here all functions are loaded. */
+    dm_get_instance_proc_addr get_instance_proc_addr;
+    /* VkInstance, made for Vulkan 1.2 or newer. */
+    void *instance;
+    /* VkPhysicalDevice, of Vulkan 1.2 or newer. */
+    void *physical_device;
+    /* VkDevice, with timelineSemaphore turned on. */
+    void *device;
+    /* VkQueue of the device. Functions that submit to it say so; nobody else may use it meanwhile. */
+    void *queue;
+    /* Family of the queue, which has to do compute. */
+    uint32_t queue_family;
+    /* DM_FEATURE_SYNCHRONIZATION2 and DM_FEATURE_DEBUG_UTILS, or-ed: what the host has turned on. */
+    uint32_t features;
+    /* Most bytes of device memory that dermis may have in use at once; 0 for no bound but the device's. */
+    uint64_t budget;
+    /* Receives messages; may be NULL. */
+    dm_log log;
+    /* First argument of log, kept as long as the context or a deformer in it exists. */
+    void *log_user;
+} dm_vulkan_desc;
 
 /* How a joint's part meets its parent's part. Zeros besides size and name are the defaults. */
 typedef struct dm_joint_options {
@@ -382,6 +454,41 @@ typedef struct dm_skin {
     uint16_t *bones;
 } dm_skin;
 
+/*
+ How vertices lie in a buffer of the host's, and what reads them next. A vertex begins with its position, three 32-bit
+ floats in model space; what is not named here stays as it is. Offsets and stride in bytes, multiples of 4.
+ */
+typedef struct dm_output_desc {
+    /* sizeof(dm_output_desc). */
+    uint32_t size;
+    /* From vertex to vertex, at least 12. */
+    uint32_t stride;
+    /* VkBuffer of the context's device, made for storage use. */
+    uint64_t buffer;
+    /* Length of the buffer; dermis writes nothing behind it. */
+    uint64_t bytes;
+    /* Where the first vertex begins. */
+    uint64_t offset;
+    /* From a vertex's beginning to its normal, at least 12; 0 without normals. */
+    uint32_t normal_offset;
+    /* DM_NORMAL_NONE, DM_NORMAL_F32 or DM_NORMAL_SNORM8. */
+    uint32_t normal_format;
+    /* VkPipelineStageFlags that read the vertices next. */
+    uint32_t stages;
+    /* VkAccessFlags of these. */
+    uint32_t access;
+    /* Queue family to which the buffer is released after every frame, which acquires it there; DM_SAME_FAMILY for none. */
+    uint32_t queue_family;
+    /* 0. */
+    uint32_t reserved;
+} dm_output_desc;
+
+/* A buffer of the host's that frames of one deformer are written into. Zero is no output. */
+typedef struct dm_output {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_output;
+
 /* How much work the last frame did. */
 typedef struct dm_iterations {
     /* sizeof(dm_iterations), set by the caller. */
@@ -502,6 +609,44 @@ dm_result dm_context_memory(struct dm_context context, struct dm_memory *out);
 dm_result dm_context_allocations(struct dm_context context,
                                  dm_allocation_report report,
                                  void *user);
+
+/*
+ Asks what dermis can make use of on a device, before the host creates it. Creates nothing.
+
+ get_instance_proc_addr, instance (VkInstance), physical_device (VkPhysicalDevice): the host's.
+ out: size set by the caller, the rest is filled.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_NO_DEVICE where the device is older than Vulkan 1.2 or has
+ no queue that does compute; DM_ERROR_VULKAN; DM_ERROR_MEMORY.
+
+ Pointers:
+ The handles are NULL or valid; out is NULL or valid.
+ */
+dm_result dm_vulkan_get_requirements(dm_get_instance_proc_addr get_instance_proc_addr,
+                                     void *instance,
+                                     void *physical_device,
+                                     struct dm_vulkan_requirements *out);
+
+/*
+ Makes a context on a device of the host's, which keeps all of it.
+
+ desc: copied. out: receives the handle, which is the caller's to destroy, with all deformers and outputs in it before the
+ device.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
+ DM_ERROR_ARGUMENT for unknown features or a queue family that does no compute; DM_ERROR_NO_DEVICE below Vulkan 1.2;
+ DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
+
+ Pointers:
+ desc and out are NULL or valid; the Vulkan handles are NULL or valid, and stay so until the context and all that was made
+ in it are destroyed; log and log_user stay valid as long, and log may be called by any thread that calls dermis.
+ */
+dm_result dm_context_adopt(const struct dm_vulkan_desc *desc,
+                           struct dm_context *out);
 
 /*
  Fills options with the defaults, those that NULL in their place has.
@@ -776,6 +921,65 @@ dm_result dm_deformer_save(struct dm_deformer deformer,
 dm_result dm_deformer_restore(struct dm_deformer deformer,
                               const void *state,
                               size_t bytes);
+
+/*
+ Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices.
+
+ context: the deformer's, made by dm_context_adopt or of the same device. desc: copied; the buffer stays the host's.
+ out: receives the handle, which is the caller's to destroy before the buffer.
+
+ Threads: any. Submits nothing.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
+ context; DM_ERROR_ARGUMENT where the vertices do not fit or on the CPU; DM_ERROR_MEMORY for a buffer longer than a shader
+ can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+
+ Pointers:
+ desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.
+ */
+dm_result dm_output_create(struct dm_context context,
+                           struct dm_deformer deformer,
+                           const struct dm_output_desc *desc,
+                           struct dm_output *out);
+
+/*
+ Destroys an output; the buffer stays as it is. The commands that were recorded with it have to be done.
+
+ Threads: any; a call that uses it on another thread completes first.
+
+ Returns DM_OK, or DM_ERROR_HANDLE where there is no such output (any more).
+ */
+dm_result dm_output_destroy(struct dm_output output);
+
+/*
+ Records a frame into a command buffer of the host's: what dm_deformer_advance submits, and the writing of the output.
+ Submits nothing and waits for nothing.
+
+ State before: the command buffer (VkCommandBuffer) is being recorded, outside of a render pass, for the family of the
+ context's queue. Whatever was submitted to the queue before comes first, by a barrier. State after: compute pipeline,
+ its descriptor set 0 and push constants are changed; the output's vertices are visible to the stages and accesses of its
+ description, or released to its queue family.
+
+ The host submits the command buffer to the context's queue, once, and poses in the order of their recording.
+
+ frame_slot: below DM_FRAME_SLOTS; what was recorded with it before has to be done, since its pose is overwritten.
+ matrices, count: as in dm_deformer_advance. output: of this deformer, or zero for none.
+
+ Threads: any that may record into the command buffer.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of another deformer; DM_ERROR_SIZE;
+ DM_ERROR_POSE; DM_ERROR_ARGUMENT for the slot, or on the CPU; DM_ERROR_PANIC. Where it is not DM_OK nothing is recorded.
+
+ Pointers:
+ The command buffer is NULL or in the state above; deformer and output are not destroyed before it is done; matrices is
+ NULL or has 16 times count numbers.
+ */
+dm_result dm_frame_record(struct dm_deformer deformer,
+                          void *command_buffer,
+                          uint32_t frame_slot,
+                          const float *matrices,
+                          size_t count,
+                          struct dm_output output);
 
 /*
  Tells how much work the last frame did; all zero for geometric methods.

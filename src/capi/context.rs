@@ -85,6 +85,15 @@ pub(super) struct Context {
     pub(super) logger: std::sync::Arc<Logger>,
 }
 
+/// The device of a context that is not on the CPU.
+pub(super) fn gpu_of(context: dm_context) -> Outcome<Gpu> {
+    let reason = "a context on the CPU records no commands";
+    handle::with(context, |context| {
+        let gpu = context.gpu().cloned();
+        gpu.ok_or_else(|| Fault::argument("context", reason))
+    })
+}
+
 impl Context {
     fn gpu(&self) -> Option<&Gpu> {
         match &self.device {
@@ -176,7 +185,7 @@ unsafe fn selector(name: *const c_char) -> Outcome<DeviceSelector> {
     Ok(index.map_or(DeviceSelector::Name(name), DeviceSelector::Index))
 }
 
-fn context(device: Device, target: Target, validation: bool) -> Context {
+pub(super) fn context(device: Device, target: Target, validation: bool) -> Context {
     let (name, validated) = match &device {
         Device::Cpu => ("the CPU".to_owned(), None),
         Device::Gpu(gpu) => (gpu.report().name, validation.then(|| gpu.clone())),

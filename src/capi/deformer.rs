@@ -44,8 +44,10 @@ structs!(dm_skin);
 pub(super) struct Instance {
     pub(super) deformer: Deformer,
     logger: Arc<Logger>,
+    /// Where it was made.
+    pub(super) context: dm_context,
     /// Kept, so that a frame allocates no pose.
-    pose: Pose,
+    pub(super) pose: Pose,
 }
 
 /// Runs `work` on a deformer, then tells what happened while nothing is locked.
@@ -100,6 +102,7 @@ pub unsafe extern "C" fn dm_deformer_create(
         let handle = handle::insert(Instance {
             deformer,
             logger,
+            context,
             pose: Pose::rest(&rig.skeleton),
         })?;
         // SAFETY: not NULL; the caller's promise.
@@ -140,14 +143,9 @@ pub unsafe extern "C" fn dm_deformer_advance(
 ) -> dm_result {
     guard("dm_deformer_advance", || {
         with(deformer, |instance| {
-            let pose = &mut instance.pose;
-            if count != pose.matrices.len() {
-                return Err(Fault::size("count", count, pose.matrices.len()));
-            }
-            let given = matrices.cast::<Mat4>();
-            // SAFETY: the caller's promise; a `Mat4` is 16 numbers.
-            unsafe { pointer::copy_in(given, &mut pose.matrices, "matrices")? };
-            Ok(instance.deformer.advance(pose)?)
+            // SAFETY: the caller's promise.
+            unsafe { instance.set_pose(matrices, count)? };
+            Ok(instance.deformer.advance(&instance.pose)?)
         })
     })
 }
@@ -184,6 +182,19 @@ pub unsafe extern "C" fn dm_deformer_read(
 }
 
 impl Instance {
+    /// Copies a pose in.
+    ///
+    /// # Safety
+    /// `matrices` is NULL or has 16 times `count` numbers.
+    pub(super) unsafe fn set_pose(&mut self, matrices: *const f32, count: usize) -> Outcome {
+        let rows = &mut self.pose.matrices;
+        if count != rows.len() {
+            return Err(Fault::size("count", count, rows.len()));
+        }
+        // SAFETY: the caller's promise; a `Mat4` is 16 numbers.
+        unsafe { pointer::copy_in(matrices.cast::<Mat4>(), rows, "matrices") }
+    }
+
     fn rows(&self) -> usize {
         self.deformer.rig().rows.vertex.len()
     }

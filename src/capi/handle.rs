@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::{
     context::Context,
     deformer::Instance,
+    embed::HostOutput,
     guard::{Fault, Outcome, dm_result},
     rig::Character,
 };
@@ -33,6 +34,14 @@ pub struct dm_deformer {
     pub id: u64,
 }
 
+/// A buffer of the host's that frames of one deformer are written into. Zero is no output.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_output {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
 type Shared<T> = Arc<Mutex<T>>;
 
 /// What a handle stands for.
@@ -41,6 +50,7 @@ pub(super) enum Object {
     Context(Shared<Context>),
     Rig(Shared<Character>),
     Deformer(Shared<Instance>),
+    Output(Shared<HostOutput>),
 }
 
 /// A typed handle.
@@ -90,6 +100,7 @@ macro_rules! handle {
 handle!(dm_context, Context, Context, 1);
 handle!(dm_rig, Character, Rig, 2);
 handle!(dm_deformer, Instance, Deformer, 3);
+handle!(dm_output, HostOutput, Output, 4);
 
 /// A row of the table.
 struct Slot {

@@ -14,17 +14,20 @@ mod log;
 mod pointer;
 
 mod context;
+mod vulkan;
 
 mod mesh;
 mod options;
 mod rig;
 
 mod deformer;
+mod embed;
 mod report;
 mod settings;
 
 pub use context::*;
 pub use deformer::*;
+pub use embed::*;
 pub use guard::*;
 pub use handle::*;
 pub use log::*;
@@ -33,6 +36,7 @@ pub use options::*;
 pub use report::*;
 pub use rig::*;
 pub use settings::*;
+pub use vulkan::*;
 
 /// Version of this interface; dm_context_desc has the one that a program was compiled with.
 pub const DM_API_VERSION: u32 = 1;

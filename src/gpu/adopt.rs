@@ -1,6 +1,6 @@
 //! A device that belongs to someone else: dermis works on it and leaves it as it was.
 
-use std::sync::Arc;
+use std::{ffi::CStr, sync::Arc};
 
 use ash::vk;
 
@@ -54,7 +54,7 @@ pub struct Requirements {
     /// Features beyond the baseline that it offers; each has a fallback.
     pub features: Features,
     /// Device extensions behind them.
-    pub extensions: Vec<String>,
+    pub extensions: Vec<&'static CStr>,
     /// Families whose queues do compute, those that do graphics as well first.
     pub queue_families: Vec<u32>,
 }
@@ -126,11 +126,9 @@ impl Gpu {
         })?;
         let physical = Physical::of_host(&instance, physical_device, first)?;
         let offer = Offer::of(&instance, &physical, Features::ALL)?;
-        let names = offer.extensions();
-        let extensions = names.map(|n| n.to_string_lossy().into_owned());
         Ok(Requirements {
             features: offer.used,
-            extensions: extensions.collect(),
+            extensions: offer.extensions().collect(),
             queue_families,
         })
     }
