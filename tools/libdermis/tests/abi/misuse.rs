@@ -1,0 +1,273 @@
+//! Every function refuses what is wrong with the right code, and never crashes.
+
+use std::{
+    ptr::{null, null_mut},
+    thread,
+};
+
+use dermis::capi::{dm_result::*, *};
+
+use crate::{
+    calls::{Arguments, CALLS, Call, Storage, Takes, cpu},
+    fine, last_error, raw,
+};
+
+/// A context on the CPU, the arm, and a tracked deformer.
+fn arguments() -> Arguments {
+    let (mut context, mut rig) = (dm_context::default(), dm_rig::default());
+    let mut deformer = dm_deformer::default();
+    let mut info = dm_rig_info {
+        size: size_of::<dm_rig_info>() as u32,
+        ..Default::default()
+    };
+    // SAFETY: all pointers are NULL where that is allowed, or to what lives until the call returns.
+    unsafe {
+        fine(dm_context_create(&cpu(), &mut context));
+        fine(dm_rig_load(raw::path().as_ptr(), null(), &mut rig));
+        fine(dm_rig_get_info(rig, &mut info));
+        let mut settings: dm_settings = std::mem::zeroed();
+        settings.size = size_of::<dm_settings>() as u32;
+        fine(dm_settings_default(&mut settings));
+        settings.method = DM_TRACKING;
+        fine(dm_deformer_create(context, rig, &settings, &mut deformer));
+        let mut needed = 0;
+        fine(dm_deformer_save(deformer, null_mut(), 0, &mut needed));
+        let mut bytes = vec![0; needed];
+        let out = bytes.as_mut_ptr().cast();
+        fine(dm_deformer_save(deformer, out, needed, null_mut()));
+        let identity = glam::Mat4::IDENTITY.to_cols_array();
+        Arguments {
+            context,
+            rig,
+            deformer,
+            null: false,
+            size: None,
+            storage: Storage {
+                numbers: identity.repeat(info.joints as usize),
+                indices: vec![0; 3 * info.triangles as usize],
+                bytes,
+                joints: info.joints as usize,
+                vertices: info.vertices,
+                needed,
+            },
+        }
+    }
+}
+
+fn run(call: &Call, arguments: &mut Arguments) -> dm_result {
+    // SAFETY: see `calls`.
+    unsafe { (call.run)(arguments) }
+}
+
+fn refused(call: &Call, arguments: &mut Arguments, wanted: dm_result) {
+    assert_eq!(run(call, arguments), wanted, "{}", call.name);
+    let message = last_error();
+    let (name, reason) = message.split_once(": ").unwrap();
+    assert_eq!(name, call.name, "{message}");
+    assert!(reason.len() > 8, "{message}");
+}
+
+fn destroys(call: &Call) -> bool {
+    call.name.ends_with("_destroy")
+}
+
+#[test]
+fn every_function_refuses_what_is_wrong() {
+    let mut a = arguments();
+    for call in CALLS.iter().filter(|call| !destroys(call)) {
+        fine(run(call, &mut a));
+        if call.pointer {
+            a.null = true;
+            refused(call, &mut a, DM_ERROR_NULL);
+            assert!(last_error().contains("is NULL"), "{}", last_error());
+            a.null = false;
+        }
+        if call.sized {
+            for size in [0, 1, 3, 1000, u32::MAX] {
+                a.size = Some(size);
+                refused(call, &mut a, DM_ERROR_STRUCT_SIZE);
+                assert!(last_error().contains(&size.to_string()));
+            }
+            a.size = None;
+        }
+        // Still usable.
+        fine(run(call, &mut a));
+    }
+    let live = (a.context, a.rig, a.deformer);
+    for call in CALLS.iter().filter(|call| call.handle != Takes::Nothing) {
+        let own = match call.handle {
+            Takes::Context => live.0.id,
+            Takes::Rig => live.1.id,
+            _ => live.2.id,
+        };
+        let foreign = [live.0.id, live.1.id, live.2.id];
+        let foreign = foreign.into_iter().filter(|id| *id != own);
+        let never = [0, 1, own + 1, own ^ 1 << 40, own ^ 1 << 63, u64::MAX];
+        for id in foreign.chain(never) {
+            match call.handle {
+                Takes::Context => a.context.id = id,
+                Takes::Rig => a.rig.id = id,
+                _ => a.deformer.id = id,
+            }
+            refused(call, &mut a, DM_ERROR_HANDLE);
+        }
+        (a.context, a.rig, a.deformer) = live;
+    }
+    // In any order: what a deformer needs lives on.
+    fine(dm_context_destroy(a.context));
+    fine(dm_rig_destroy(a.rig));
+    let advance = CALLS.iter().find(|c| c.name == "dm_deformer_advance");
+    fine(run(advance.unwrap(), &mut a));
+    fine(dm_deformer_destroy(a.deformer));
+    for call in CALLS.iter().filter(|call| call.handle != Takes::Nothing) {
+        refused(call, &mut a, DM_ERROR_HANDLE);
+    }
+}
+
+#[test]
+fn arguments_are_named() {
+    let a = arguments();
+    let refuse = |result: dm_result, wanted: dm_result, named: &str| {
+        assert_eq!(result, wanted, "{}", last_error());
+        assert!(last_error().contains(named), "{named}: {}", last_error());
+    };
+    let count = a.storage.joints;
+    let mut numbers = a.storage.numbers.clone();
+    let mut needed = 0;
+    let mut text = [0; 2];
+    let mut context = dm_context::default();
+    let create = |desc: dm_context_desc, out: &mut dm_context| {
+        // SAFETY: both live until the call returns.
+        unsafe { dm_context_create(&desc, out) }
+    };
+    let desc = dm_context_desc {
+        api_version: 2,
+        ..cpu()
+    };
+    refuse(create(desc, &mut context), DM_ERROR_VERSION, "api_version");
+    let desc = dm_context_desc {
+        flags: 1 << 20,
+        ..cpu()
+    };
+    refuse(create(desc, &mut context), DM_ERROR_ARGUMENT, "desc.flags");
+    assert_eq!(context, dm_context::default());
+    // SAFETY: pointers are NULL or to what lives until the call returns, as long as is said.
+    unsafe {
+        let out = numbers.as_mut_ptr();
+        let short = dm_rig_pose_clip(a.rig, 0, 0.0, out, count - 1);
+        refuse(short, DM_ERROR_SIZE, &count.to_string());
+        let clip = dm_rig_pose_clip(a.rig, 99, 0.0, out, count);
+        refuse(clip, DM_ERROR_ARGUMENT, "clip");
+        let time = dm_rig_pose_clip(a.rig, 0, f32::NAN, out, count);
+        refuse(time, DM_ERROR_ARGUMENT, "time");
+        let joint = dm_rig_joint(a.rig, c"wing".as_ptr(), &mut 0);
+        refuse(joint, DM_ERROR_ARGUMENT, "wing");
+        let name = dm_rig_joint_name(a.rig, 0, text.as_mut_ptr(), 2, &mut needed);
+        refuse(name, DM_ERROR_SIZE, &needed.to_string());
+        let name = dm_rig_joint_name(a.rig, 999, text.as_mut_ptr(), 2, &mut needed);
+        refuse(name, DM_ERROR_ARGUMENT, "joint");
+        let path = dm_rig_load(c"no/such.glb".as_ptr(), null(), &mut dm_rig::default());
+        refuse(path, DM_ERROR_FILE, "no/such.glb");
+        let path = dm_rig_load(c"\xff".as_ptr(), null(), &mut dm_rig::default());
+        refuse(path, DM_ERROR_ARGUMENT, "path");
+        let advance = dm_deformer_advance(a.deformer, out, count + 1);
+        refuse(advance, DM_ERROR_SIZE, "count");
+        numbers[16] = f32::NAN;
+        let advance = dm_deformer_advance(a.deformer, numbers.as_ptr(), count);
+        refuse(advance, DM_ERROR_POSE, "joint");
+        let state = dm_deformer_restore(a.deformer, text.as_ptr().cast(), 2);
+        refuse(state, DM_ERROR_ARGUMENT, "state");
+        let mut options: dm_rig_options = std::mem::zeroed();
+        options.size = size_of::<dm_rig_options>() as u32;
+        options.joint_count = 1;
+        let mut joint: dm_joint_options = std::mem::zeroed();
+        joint.size = size_of::<dm_joint_options>() as u32;
+        (joint.op, joint.name) = (9, c"lower".as_ptr());
+        options.joints = &joint;
+        let load = |options| dm_rig_load(raw::path().as_ptr(), options, &mut dm_rig::default());
+        refuse(load(&options), DM_ERROR_ARGUMENT, "options.joints.op");
+        let mut settings: dm_settings = std::mem::zeroed();
+        settings.size = size_of::<dm_settings>() as u32;
+        let made = dm_deformer_create(a.context, a.rig, &settings, &mut dm_deformer::default());
+        refuse(made, DM_ERROR_ARGUMENT, "sigma");
+    }
+    fine(dm_deformer_destroy(a.deformer));
+    fine(dm_rig_destroy(a.rig));
+    fine(dm_context_destroy(a.context));
+}
+
+#[test]
+fn arrays_that_cannot_be_used_are_refused() {
+    type Spoil = fn(&mut raw::Mesh, &mut dm_mesh_desc);
+    let spoiled: [(Spoil, dm_result, &str); 12] = [
+        (|_, d| d.vertices = 0, DM_ERROR_ARGUMENT, "desc.vertices"),
+        (
+            |_, d| d.vertices = u32::MAX,
+            DM_ERROR_ARGUMENT,
+            "desc.vertices",
+        ),
+        (
+            |_, d| d.triangles = u32::MAX,
+            DM_ERROR_ARGUMENT,
+            "desc.triangles",
+        ),
+        (|_, d| d.joints = 1 << 20, DM_ERROR_ARGUMENT, "desc.joints"),
+        (|_, d| d.positions = null(), DM_ERROR_NULL, "desc.positions"),
+        (|_, d| d.indices = null(), DM_ERROR_NULL, "desc.indices"),
+        (|_, d| d.parents = null(), DM_ERROR_NULL, "desc.parents"),
+        (|_, d| d.bind = null(), DM_ERROR_NULL, "desc.bind"),
+        (
+            |m, _| m.indices[3][1] = 9999,
+            DM_ERROR_ARGUMENT,
+            "triangle 3",
+        ),
+        (
+            |m, _| m.positions[5][2] = f32::NAN,
+            DM_ERROR_ARGUMENT,
+            "row 5",
+        ),
+        (|m, _| m.parents[1] = 1, DM_ERROR_ARGUMENT, "joint_1"),
+        (|m, _| m.bind[0] = [0.0; 16], DM_ERROR_ARGUMENT, "joint_0"),
+    ];
+    for (spoil, wanted, named) in spoiled {
+        let mut mesh = raw::Mesh::tube();
+        let mut desc = mesh.desc();
+        spoil(&mut mesh, &mut desc);
+        // SAFETY: the arrays are as long as the description says, or it is refused before they are read.
+        let result = unsafe { dm_rig_create(&desc, null(), &mut dm_rig::default()) };
+        assert_eq!(result, wanted, "{}", last_error());
+        assert!(last_error().contains(named), "{named}: {}", last_error());
+    }
+}
+
+#[test]
+fn an_error_is_its_threads_own() {
+    assert_eq!(dm_rig_destroy(dm_rig { id: 7 }), DM_ERROR_HANDLE);
+    thread::spawn(|| assert_eq!(last_error(), ""))
+        .join()
+        .unwrap();
+    assert!(last_error().starts_with("dm_rig_destroy: dm_rig"));
+}
+
+#[test]
+fn an_object_may_be_destroyed_while_others_use_it() {
+    let a = arguments();
+    let (deformer, numbers) = (a.deformer, &a.storage.numbers);
+    thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(move || {
+                for _ in 0..50 {
+                    // SAFETY: one matrix a joint.
+                    let result = unsafe {
+                        dm_deformer_advance(deformer, numbers.as_ptr(), numbers.len() / 16)
+                    };
+                    assert!(matches!(result, DM_OK | DM_ERROR_HANDLE));
+                }
+            });
+        }
+        fine(dm_rig_destroy(a.rig));
+        fine(dm_context_destroy(a.context));
+        fine(dm_deformer_destroy(deformer));
+        assert_eq!(dm_deformer_destroy(deformer), DM_ERROR_HANDLE);
+    });
+}

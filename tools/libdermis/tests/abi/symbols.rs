@@ -1,0 +1,67 @@
+//! The library exports what the header declares and nothing else.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{calls::CALLS, header};
+
+/// Names of the functions that the header declares.
+fn declared() -> BTreeSet<String> {
+    let header = header();
+    let lines = header
+        .lines()
+        .filter(|line| line.starts_with(|c: char| c.is_ascii_lowercase()));
+    let names = lines.filter(|line| !line.starts_with("typedef"));
+    names
+        .filter_map(|line| {
+            let before = line.split_once('(')?.0;
+            let name = before.rsplit([' ', '*']).next()?;
+            name.starts_with("dm_").then(|| name.to_owned())
+        })
+        .collect()
+}
+
+/// The library that was built for this test.
+fn library() -> PathBuf {
+    let program = std::env::current_exe().unwrap();
+    let folder = program.parent().unwrap();
+    let library = |folder: &Path| folder.join("libdermis.so");
+    let places = [library(folder), library(folder.parent().unwrap())];
+    places.into_iter().find(|path| path.exists()).unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_symbols_are_those_of_the_header() {
+    let output = match Command::new("nm")
+        .args(["-D", "--defined-only", "--format=posix"])
+        .arg(library())
+        .output()
+    {
+        Ok(output) => output,
+        Err(error) => {
+            eprintln!("skipped: nm: {error}; it comes with the linker");
+            return;
+        }
+    };
+    let text = String::from_utf8(output.stdout).unwrap();
+    let exported: BTreeSet<String> = text
+        .lines()
+        .filter_map(|line| Some(line.split_once(' ')?.0.to_owned()))
+        .collect();
+    assert_eq!(exported, declared());
+}
+
+#[test]
+fn every_function_is_swept() {
+    let swept: BTreeSet<String> = CALLS.iter().map(|call| call.name.to_owned()).collect();
+    let mut declared = declared();
+    // They take nothing and cannot fail.
+    for name in ["dm_api_version", "dm_last_error"] {
+        assert!(declared.remove(name), "{name}");
+    }
+    assert_eq!(swept, declared);
+}
