@@ -46,16 +46,17 @@ need_rust() {
     has_rust || die "Rust is missing: see https://rustup.rs, then run this again."
 }
 
-# missing_packages [validation] [shaders]: names of the packages to install for building, and for what is named.
+# missing_packages [validation] [cpp] [shaders]: names of the packages to install for building, and for what is named.
 missing_packages() {
     has_linker || echo gcc libc6-dev
     has_loader || echo libvulkan1
     has_driver || echo mesa-vulkan-drivers
     case " $* " in *" validation "*) has_validation || echo vulkan-validationlayers ;; esac
+    case " $* " in *" cpp "*) command -v c++ >/dev/null || echo g++ ;; esac
     case " $* " in *" shaders "*) has_shader_tools || echo cmake g++ python3 ;; esac
 }
 
-# need_packages [validation] [shaders]: installs what is missing.
+# need_packages [validation] [cpp] [shaders]: installs what is missing.
 need_packages() {
     local missing
     missing=$(missing_packages "$@" | tr '\n' ' ')
