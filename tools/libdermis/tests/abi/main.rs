@@ -3,6 +3,8 @@
 
 mod calls;
 mod compiler;
+mod host;
+mod host_device;
 mod misuse;
 mod raw;
 mod skin;
