@@ -3,7 +3,7 @@
 //! `tools/libdermis` makes the C library of it; `cargo xtask header` writes the header, in which the documentation of these
 //! items is the manual. Only the public side of the crate is used here.
 //!
-//! The one global state is the table of handles ([`handle`]); the last error is a thread's own ([`guard`]).
+//! The one global state is the table of handles (`handle.rs`); the last error is a thread's own (`guard.rs`).
 // Rust and C share one name for everything.
 #![allow(non_camel_case_types, clippy::upper_case_acronyms)]
 
