@@ -29,7 +29,11 @@ layout(push_constant) uniform Constants {
     float stillness; // movement that counts as rest, over the radius
 } constants;
 
-const float SHEET = 0.7; // how far in a contact sheet a turned gradient means that the vertex has crossed it
+// A pose carries two limbs' skins into each other past the contact sheet between their fields, and the gradient points away from
+// the sheet on both sides: each would come to rest on its far side, and the skins would have changed places. So what is inside a
+// sheet and has its gradient turned goes on past the sheet.
+const float SHEET = 0.7; // how far in a sheet
+const float RETURN = 2.0; // share of the Newton step
 
 #include "shared/relaxation.glsl"
 
@@ -46,7 +50,7 @@ void main() {
 
     vec4 sampled = evaluate(y);
     bool crossed = sheet > SHEET && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
-    vec3 to = y + (crossed ? back(body.x, sampled, radius) : newton(body.x, sampled, constants.sigma, radius, LEAP));
+    vec3 to = y + newton(body.x, sampled, crossed ? RETURN : constants.sigma, radius, LEAP);
     float moved = length(to - x) / radius;
     tracks[v] = vec4(to, moved);
     gradients[v] = vec4(crossed ? -sampled.yzw : sampled.yzw, sampled.x); // that of its own side

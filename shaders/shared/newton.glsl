@@ -27,14 +27,4 @@ vec3 newton(float iso, vec4 sampled, float sigma, float radius, float limit) {
     return shorten(factor * sampled.yzw, limit * radius);
 }
 
-// The step of a vertex inside that has crossed a contact sheet: against the gradient, which points away from the sheet on both
-// sides, and twice as far as to the iso-value, so that it comes out on its own side.
-//
-// A pose carries two limbs' skins into each other past the sheet between their fields; without this each would come to rest on
-// its far side, and the skins would have changed places.
-vec3 back(float iso, vec4 sampled, float radius) {
-    float steep = max(dot(sampled.yzw, sampled.yzw), GENTLE * GENTLE / (radius * radius));
-    return shorten(2.0 * (iso - sampled.x) / steep * sampled.yzw, LEAP * radius);
-}
-
 #endif

@@ -7,7 +7,7 @@ use super::{
     shared::{
         field::Composite,
         list,
-        newton::{LEAP, back, newton},
+        newton::{LEAP, newton},
         relaxation::{Relaxation, at, normal},
         set,
     },
@@ -16,6 +16,8 @@ use crate::pass::track::Constants;
 
 /// How far in a contact sheet a turned gradient means that the vertex has crossed it.
 const SHEET: f32 = 0.7;
+/// Share of the Newton step of one that has.
+const RETURN: f32 = 2.0;
 
 /// Iterates once on the listed vertices.
 pub fn run(args: &mut Args<'_>) {
@@ -41,11 +43,9 @@ pub fn run(args: &mut Args<'_>) {
         let (sampled, sheet) = field.evaluate_sheet(y);
         let (f, g) = sampled;
         let crossed = sheet > SHEET && f > iso && at(slopes, v).dot(g) < 0.0;
-        let (to, g) = if crossed {
-            (y + back(iso, sampled, radius), -g)
-        } else {
-            (y + newton(iso, sampled, c.sigma, radius, LEAP), g)
-        };
+        let sigma = if crossed { RETURN } else { c.sigma };
+        let to = y + newton(iso, sampled, sigma, radius, LEAP);
+        let g = if crossed { -g } else { g };
         let moved = (to - relaxation.start(v)).length() / radius;
         (to.extend(moved).to_array(), g.extend(f).to_array())
     };

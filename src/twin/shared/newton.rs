@@ -24,9 +24,3 @@ pub fn newton(iso: f32, (f, g): (f32, Vec3), sigma: f32, radius: f32, limit: f32
     let factor = sigma * (iso - f) / steep.max(GENTLE * GENTLE * inverse);
     shorten(factor * g, limit * radius)
 }
-
-/// The step of a vertex inside that has crossed a contact sheet, twice as far as to the iso-value and against the gradient.
-pub fn back(iso: f32, (f, g): (f32, Vec3), radius: f32) -> Vec3 {
-    let steep = g.length_squared().max(GENTLE * GENTLE / (radius * radius));
-    shorten(2.0 * (iso - f) / steep * g, LEAP * radius)
-}
