@@ -10,7 +10,6 @@
 
 #define _POSIX_C_SOURCE 199309L
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -199,35 +198,21 @@ static void pose_at(struct character *character, uint32_t frame)
         character->pose[i] = i % 16 % 5 == 0 ? 1.0f : 0.0f;
 }
 
-/* Poses a character of its own, without an output of ours, and grows the box by where its vertices come to lie. */
-static void extend(struct character *character, dm_deformer deformer, float *positions, float least[3], float most[3])
+/* Turns the camera onto the frame that the picture shows. A second deformer, read back, tells where it is: what is drawn
+   shall reach that pose by the frames before it, since a tracked skin depends on them. */
+static void aim(struct scene *scene, struct character *character, uint32_t frame)
 {
-    const dm_skin skin = {.size = sizeof skin, .vertices = character->info.vertices, .positions = positions};
-    size_t i;
-    DM(dm_deformer_advance(deformer, character->pose, character->info.joints));
-    DM(dm_deformer_read(deformer, &skin));
-    for (i = 0; i < (size_t)character->info.vertices * 3; i++) {
-        least[i % 3] = fminf(least[i % 3], positions[i]);
-        most[i % 3] = fmaxf(most[i % 3], positions[i]);
-    }
-}
-
-/* Turns the camera onto the first and last frame. A second deformer tells where they are, so that the one that is drawn
-   has not seen them when it starts. */
-static void aim(struct scene *scene, struct character *character, uint32_t frames)
-{
-    float least[3] = {INFINITY, INFINITY, INFINITY}, most[3] = {-INFINITY, -INFINITY, -INFINITY};
-    float *positions = malloc(sizeof *positions * 3 * character->info.vertices);
+    dm_skin skin = {.size = sizeof skin, .vertices = character->info.vertices};
     dm_deformer deformer = create_deformer(character, DM_LBS);
-    if (!positions)
+    skin.positions = malloc(sizeof(float) * 3 * skin.vertices);
+    if (!skin.positions)
         die("no memory for positions");
-    pose_at(character, 0);
-    extend(character, deformer, positions, least, most);
-    pose_at(character, frames - 1);
-    extend(character, deformer, positions, least, most);
+    pose_at(character, frame);
+    DM(dm_deformer_advance(deformer, character->pose, character->info.joints)); /* submits to our queue */
+    DM(dm_deformer_read(deformer, &skin));
     DM(dm_deformer_destroy(deformer));
-    free(positions);
-    scene_look_at(scene, least, most);
+    scene_look_at(scene, skin.positions, skin.vertices);
+    free(skin.positions);
 }
 
 static VkCommandPool create_slots(struct gpu *gpu, struct slot slots[SLOTS])

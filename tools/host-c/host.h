@@ -10,7 +10,7 @@
 /* Pixels along each side of the picture. */
 #define PICTURE_SIZE 720
 
-/* Frames that are on the device at once. dermis keeps as many poses; a host with more frames in flight could not reuse them. */
+/* Frames that are on the device at once. dermis keeps as many poses. */
 #define SLOTS DM_FRAME_SLOTS
 
 /* Both end the program with a message where a call fails: a real engine would hand the error on. */
@@ -74,8 +74,8 @@ struct scene {
 
 void scene_create(struct gpu *gpu, struct scene *out);
 void scene_destroy(struct gpu *gpu, struct scene *scene);
-/* Turns the camera onto a box. */
-void scene_look_at(struct scene *scene, const float least[3], const float most[3]);
+/* Turns the camera onto points, 3 numbers each. */
+void scene_look_at(struct scene *scene, const float *points, uint32_t count);
 void scene_draw(const struct scene *scene, VkCommandBuffer commands, VkBuffer vertices, VkBuffer indices, uint32_t count);
 /* Records the copy of the picture, 4 bytes a pixel, to where the processor can read it. */
 void scene_copy(const struct scene *scene, VkCommandBuffer commands, VkBuffer to);

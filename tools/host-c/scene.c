@@ -132,22 +132,37 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The camera stands in front of the box (glTF's characters look along z, up is y), a little to its left and above, just
-   so far away that all corners are in the picture. */
-void scene_look_at(struct scene *scene, const float least[3], const float most[3])
+/* The centre of the box around all points. */
+static void find_centre(const float *points, uint32_t count, float centre[3])
 {
-    const float turn = 0.45f, tilt = 0.15f, slope = 0.3f /* of the picture's edge */, margin = 1.04f;
+    uint32_t point;
+    int i;
+    for (i = 0; i < 3; i++) {
+        float least = INFINITY, most = -INFINITY;
+        for (point = 0; point < count; point++) {
+            least = fminf(least, points[3 * (size_t)point + (size_t)i]);
+            most = fmaxf(most, points[3 * (size_t)point + (size_t)i]);
+        }
+        centre[i] = (least + most) / 2;
+    }
+}
+
+/* The camera stands in front (glTF's characters look along z, up is y), a little to their left and above, just so far away
+   that all points are in the picture. */
+void scene_look_at(struct scene *scene, const float *points, uint32_t count)
+{
+    const float turn = 0.45f, tilt = 0.15f, slope = 0.3f /* of the picture's edge */, margin = 1.05f;
     const float right[3] = {cosf(turn), 0, -sinf(turn)};
     const float back[3] = {sinf(turn) * cosf(tilt), sinf(tilt), cosf(turn) * cosf(tilt)};
     const float up[3] = {-sinf(turn) * sinf(tilt), cosf(tilt), -cosf(turn) * sinf(tilt)};
     float centre[3], away = 0, radius = 0, nearest, farthest, *m = scene->clip_from_model;
-    int corner, i;
-    for (i = 0; i < 3; i++)
-        centre[i] = (least[i] + most[i]) / 2;
-    for (corner = 0; corner < 8; corner++) {
+    uint32_t point;
+    int i;
+    find_centre(points, count, centre);
+    for (point = 0; point < count; point++) {
         float offset[3], aside;
         for (i = 0; i < 3; i++)
-            offset[i] = (corner >> i & 1 ? most[i] : least[i]) - centre[i];
+            offset[i] = points[3 * (size_t)point + (size_t)i] - centre[i];
         aside = fmaxf(fabsf(dot(offset, right)), fabsf(dot(offset, up)));
         away = fmaxf(away, dot(offset, back) + margin * aside / slope);
         radius = fmaxf(radius, sqrtf(dot(offset, offset)));
@@ -169,7 +184,7 @@ void scene_look_at(struct scene *scene, const float least[3], const float most[3
 
 void scene_draw(const struct scene *scene, VkCommandBuffer commands, VkBuffer vertices, VkBuffer indices, uint32_t count)
 {
-    const VkClearValue clear[2] = {{.color = {{0.10f, 0.12f, 0.15f, 1}}}, {.depthStencil = {1, 0}}};
+    const VkClearValue clear[2] = {{.color = {{0.02f, 0.025f, 0.035f, 1}}}, {.depthStencil = {1, 0}}};
     const VkDeviceSize offset = 0;
     VkRenderPassBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO, .renderPass = scene->pass,
                                    .framebuffer = scene->framebuffer,
