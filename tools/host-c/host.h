@@ -1,0 +1,86 @@
+/* What the files of the host share: its device (gpu.c), its scene (scene.c) and its pictures (png.c). */
+
+#ifndef HOST_H
+#define HOST_H
+
+#include <vulkan/vulkan.h>
+
+#include "dermis.h"
+
+/* Pixels along each side of the picture. */
+#define PICTURE_SIZE 720
+
+/* Frames that are on the device at once. dermis keeps as many poses. */
+#define SLOTS DM_FRAME_SLOTS
+
+/* Both end the program with a message where a call fails: a real engine would hand the error on. */
+#define VK(call) vulkan_check((call), #call)
+#define DM(call) dermis_check((call), #call)
+
+void die(const char *format, ...);
+void vulkan_check(VkResult result, const char *call);
+void dermis_check(dm_result result, const char *call);
+
+/* The host's device, all of which is the host's own. dermis borrows it. */
+struct gpu {
+    VkInstance instance;
+    VkDebugUtilsMessengerEXT messenger; /* null without validation */
+    VkPhysicalDevice physical;
+    VkPhysicalDeviceMemoryProperties memory;
+    VkDevice device;
+    VkQueue queue;
+    uint32_t family;
+    uint32_t features; /* DM_FEATURE_..., those that were turned on */
+    int complaints;    /* messages of the validation layers */
+};
+
+struct buffer {
+    VkBuffer buffer;
+    VkDeviceMemory memory;
+    VkDeviceSize bytes;
+    void *mapped; /* NULL for memory of the device */
+};
+
+struct image {
+    VkImage image;
+    VkDeviceMemory memory;
+    VkImageView view;
+};
+
+void gpu_create(struct gpu *gpu);
+void gpu_destroy(struct gpu *gpu);
+void buffer_create(struct gpu *gpu, VkDeviceSize bytes, VkBufferUsageFlags usage, int mapped, struct buffer *out);
+void buffer_destroy(struct gpu *gpu, struct buffer *buffer);
+void image_create(struct gpu *gpu, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect, struct image *out);
+void image_destroy(struct gpu *gpu, struct image *image);
+
+/* A vertex of the skin. dermis writes position and normal; the rest stays as the host has put it. */
+struct vertex {
+    float position[3];
+    float normal[3];
+    float uv[2];
+};
+
+/* Pictures to draw into, and how to draw a skin. */
+struct scene {
+    struct image colour;
+    struct image depth;
+    VkRenderPass pass;
+    VkFramebuffer framebuffer;
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+    float clip_from_model[16]; /* column-major */
+};
+
+void scene_create(struct gpu *gpu, struct scene *out);
+void scene_destroy(struct gpu *gpu, struct scene *scene);
+/* Turns the camera onto points, 3 numbers each. */
+void scene_look_at(struct scene *scene, const float *points, uint32_t count);
+void scene_draw(const struct scene *scene, VkCommandBuffer commands, VkBuffer vertices, VkBuffer indices, uint32_t count);
+/* Records the copy of the picture, 4 bytes a pixel, to where the processor can read it. */
+void scene_copy(const struct scene *scene, VkCommandBuffer commands, VkBuffer to);
+
+/* Writes a picture of 4 bytes a pixel, without its alpha. */
+void png_write(const char *path, const uint8_t *pixels, uint32_t width, uint32_t height);
+
+#endif
