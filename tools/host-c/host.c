@@ -306,7 +306,7 @@ int main(int count, char **words)
     load(&gpu, &arguments, &character);
     scene_create(&gpu, &scene);
     pool = create_slots(&gpu, slots);
-    aim(&scene, &character, arguments.frames);
+    aim(&scene, &character, arguments.frames - 1);
 
     start = milliseconds();
     for (number = 0; number < arguments.frames; number++)
