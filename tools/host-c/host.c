@@ -254,13 +254,15 @@ static void begin(struct gpu *gpu, struct slot *slot)
 
 static void submit(struct gpu *gpu, struct slot *slot)
 {
-    VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &slot->commands};
+    VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1,
+                         .pCommandBuffers = &slot->commands};
     VK(vkEndCommandBuffer(slot->commands));
     VK(vkQueueSubmit(gpu->queue, 1, &info, slot->done));
 }
 
 /* The frame: dermis records its work first, the render pass reads the vertices afterwards, one submission carries both. */
-static void frame(struct gpu *gpu, struct slot slots[SLOTS], struct scene *scene, struct character *character, uint32_t number)
+static void frame(struct gpu *gpu, struct slot slots[SLOTS], struct scene *scene, struct character *character,
+                  uint32_t number)
 {
     struct slot *slot = &slots[number % SLOTS];
     begin(gpu, slot); /* also makes the pose of this slot free to be overwritten */
@@ -306,7 +308,7 @@ int main(int count, char **words)
     load(&gpu, &arguments, &character);
     scene_create(&gpu, &scene);
     pool = create_slots(&gpu, slots);
-    aim(&scene, &character, arguments.frames);
+    aim(&scene, &character, arguments.frames - 1);
 
     start = milliseconds();
     for (number = 0; number < arguments.frames; number++)

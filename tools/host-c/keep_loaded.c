@@ -1,5 +1,5 @@
-/* For the leak checker: libraries stay loaded, since it can tell neither the name of one that is gone nor what that one still
-   points to. Drivers and layers are otherwise closed before it looks. */
+/* For the leak checker: libraries stay loaded, since it knows neither the name of one that is gone nor what that
+   one still pointed to. Drivers and layers are otherwise closed before it looks. */
 
 int dlclose(void *library);
 
