@@ -44,10 +44,10 @@
 /* Flag of a context: measure times on the device, for dm_deformer_timings. */
 #define DM_CONTEXT_TIMESTAMPS 4
 
-/* Feature of a device: synchronization2, by its extension or Vulkan 1.3. Without it older barriers are recorded. */
+/* Feature of a device: VK_KHR_synchronization2, the extension with its feature. Without it older barriers are recorded. */
 #define DM_FEATURE_SYNCHRONIZATION2 1
 
-/* Feature of an instance: VK_EXT_debug_utils. With it objects have names and passes have labels. */
+/* Feature of an instance, where the host has turned it on: VK_EXT_debug_utils. With it objects have names and passes have labels. */
 #define DM_FEATURE_DEBUG_UTILS 2
 
 /* Most extensions that dermis can use. */
@@ -242,7 +242,7 @@ typedef dm_function (*dm_get_instance_proc_addr)(void *instance, const char *nam
 typedef struct dm_vulkan_requirements {
     /* sizeof(dm_vulkan_requirements), set by the caller. */
     uint32_t size;
-    /* DM_FEATURE_… that the device offers, each with a fallback. */
+    /* DM_FEATURE_SYNCHRONIZATION2 where the device offers it. */
     uint32_t features;
     /* A queue family that does compute, graphics as well where there is one. */
     uint32_t queue_family;
@@ -266,7 +266,10 @@ typedef struct dm_vulkan_desc {
     void *physical_device;
     /* VkDevice, with timelineSemaphore turned on. */
     void *device;
-    /* VkQueue of the device. Functions that submit to it say so; nobody else may use it meanwhile. */
+    /*
+     VkQueue of the device. All functions of deformers may submit to it but dm_deformer_destroy and dm_frame_record; nobody
+     else may use it meanwhile.
+     */
     void *queue;
     /* Family of the queue, which has to do compute. */
     uint32_t queue_family;
@@ -638,7 +641,7 @@ dm_result dm_vulkan_get_requirements(dm_get_instance_proc_addr get_instance_proc
  Threads: any.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
- DM_ERROR_ARGUMENT for unknown features or a queue family that does no compute; DM_ERROR_NO_DEVICE below Vulkan 1.2;
+ DM_ERROR_ARGUMENT for features that are unknown or not on, or a queue family that does no compute; DM_ERROR_NO_DEVICE below Vulkan 1.2;
  DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
 
  Pointers:
@@ -841,7 +844,7 @@ dm_result dm_deformer_create(struct dm_context context,
 dm_result dm_deformer_destroy(struct dm_deformer deformer);
 
 /*
- Deforms for a pose. Submits to dermis' own queue and does not wait, unless two frames are on their way already; on the
+ Deforms for a pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
  CPU it computes.
 
  matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied.

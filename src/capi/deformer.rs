@@ -122,7 +122,7 @@ pub extern "C" fn dm_deformer_destroy(deformer: dm_deformer) -> dm_result {
     guard("dm_deformer_destroy", || handle::destroy(deformer))
 }
 
-/// Deforms for a pose. Submits to dermis' own queue and does not wait, unless two frames are on their way already; on the
+/// Deforms for a pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
 /// CPU it computes.
 ///
 /// matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied.

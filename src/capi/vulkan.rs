@@ -1,6 +1,6 @@
 //! Contexts on a device of the host's.
 
-use std::ffi::{c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 
 use ash::vk::{self, Handle as _};
 
@@ -17,9 +17,9 @@ use crate::{
     gpu::{Features, Gpu, GpuOptions, Host},
 };
 
-/// Feature of a device: synchronization2, by its extension or Vulkan 1.3. Without it older barriers are recorded.
+/// Feature of a device: VK_KHR_synchronization2, the extension with its feature. Without it older barriers are recorded.
 pub const DM_FEATURE_SYNCHRONIZATION2: u32 = 1;
-/// Feature of an instance: VK_EXT_debug_utils. With it objects have names and passes have labels.
+/// Feature of an instance, where the host has turned it on: VK_EXT_debug_utils. With it objects have names and passes have labels.
 pub const DM_FEATURE_DEBUG_UTILS: u32 = 2;
 
 /// Most extensions that dermis can use.
@@ -48,7 +48,8 @@ pub struct dm_vulkan_desc {
     pub physical_device: *mut c_void,
     /// VkDevice, with timelineSemaphore turned on.
     pub device: *mut c_void,
-    /// VkQueue of the device. Functions that submit to it say so; nobody else may use it meanwhile.
+    /// VkQueue of the device. All functions of deformers may submit to it but dm_deformer_destroy and dm_frame_record; nobody
+    /// else may use it meanwhile.
     pub queue: *mut c_void,
     /// Family of the queue, which has to do compute.
     pub queue_family: u32,
@@ -68,7 +69,7 @@ pub struct dm_vulkan_desc {
 pub struct dm_vulkan_requirements {
     /// sizeof(dm_vulkan_requirements), set by the caller.
     pub size: u32,
-    /// DM_FEATURE_… that the device offers, each with a fallback.
+    /// DM_FEATURE_SYNCHRONIZATION2 where the device offers it.
     pub features: u32,
     /// A queue family that does compute, graphics as well where there is one.
     pub queue_family: u32,
@@ -110,9 +111,13 @@ pub unsafe extern "C" fn dm_vulkan_get_requirements(
         // SAFETY: the caller's promise.
         let wanted = unsafe { Gpu::requirements(get, instance, physical)? };
         let mut extensions = [std::ptr::null(); DM_MAX_EXTENSIONS];
-        let count = wanted.extensions.len().min(DM_MAX_EXTENSIONS);
-        for (to, name) in extensions.iter_mut().zip(&wanted.extensions) {
+        // The interface has no times of clocks.
+        let used = |name: &&&CStr| **name != ash::ext::calibrated_timestamps::NAME;
+        let names = wanted.extensions.iter().filter(used);
+        let mut count = 0;
+        for (to, name) in extensions.iter_mut().zip(names) {
             *to = name.as_ptr();
+            count += 1;
         }
         let bit = |on: bool, bit: u32| if on { bit } else { 0 };
         let requirements = dm_vulkan_requirements {
@@ -120,9 +125,9 @@ pub unsafe extern "C" fn dm_vulkan_get_requirements(
             features: bit(
                 wanted.features.synchronization2,
                 DM_FEATURE_SYNCHRONIZATION2,
-            ) | bit(wanted.features.labels, DM_FEATURE_DEBUG_UTILS),
+            ),
             queue_family: wanted.queue_families.first().copied().unwrap_or(0),
-            extension_count: count as u32,
+            extension_count: count,
             extensions,
         };
         // SAFETY: checked above.
@@ -139,7 +144,7 @@ pub unsafe extern "C" fn dm_vulkan_get_requirements(
 /// Threads: any.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
-/// DM_ERROR_ARGUMENT for unknown features or a queue family that does no compute; DM_ERROR_NO_DEVICE below Vulkan 1.2;
+/// DM_ERROR_ARGUMENT for features that are unknown or not on, or a queue family that does no compute; DM_ERROR_NO_DEVICE below Vulkan 1.2;
 /// DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
 ///
 /// # Safety

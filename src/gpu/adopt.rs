@@ -63,7 +63,7 @@ impl Gpu {
     /// Works on a device of the host's. Nothing of it is destroyed with this handle, and everything that dermis made on it is.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a queue family that the device lacks or that does no compute; [`Error::NoDevice`] below
+    /// [`Error::Argument`] for a queue family that the device lacks or that does no compute, or features that are not on; [`Error::NoDevice`] below
     /// Vulkan 1.2; [`Error::Vulkan`] where the driver fails.
     ///
     /// # Safety
@@ -81,6 +81,7 @@ impl Gpu {
             timestamps: host.features.timestamps && timestamps,
             ..host.features
         };
+        check_functions(&instance, &device, features)?;
         let owner = Owner::Host(host.queue);
         let shared = Shared::with_device(options, instance, physical, device, features, owner)?;
         Ok(Self {
@@ -132,6 +133,35 @@ impl Gpu {
             queue_families,
         })
     }
+}
+
+/// What is said to be turned on has its functions.
+fn check_functions(instance: &Instance, device: &ash::Device, features: Features) -> Result<()> {
+    let wanted = [
+        (features.synchronization2, c"vkCmdPipelineBarrier2KHR"),
+        (features.labels, c"vkCmdBeginDebugUtilsLabelEXT"),
+        (features.labels, c"vkCmdEndDebugUtilsLabelEXT"),
+        (features.labels, c"vkSetDebugUtilsObjectNameEXT"),
+        (
+            features.calibrated_timestamps,
+            c"vkGetCalibratedTimestampsEXT",
+        ),
+    ];
+    for (_, name) in wanted.iter().filter(|w| w.0) {
+        // SAFETY: instance and device are alive, the name ends with zero.
+        let function = unsafe {
+            let get = instance.raw.fp_v1_0().get_device_proc_addr;
+            get(device.handle(), name.as_ptr())
+        };
+        if function.is_none() {
+            let reason = format!(
+                "{} is missing: its extension is not on",
+                name.to_string_lossy()
+            );
+            return Err(Error::argument("features", reason));
+        }
+    }
+    Ok(())
 }
 
 /// Families that do compute, those that do graphics as well first.

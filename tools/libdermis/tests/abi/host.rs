@@ -157,6 +157,8 @@ fn misuse_of_a_hosts_device_is_refused() {
     };
     refused(adopt(&|d| d.size = 4), DM_ERROR_STRUCT_SIZE, "size is 4");
     refused(adopt(&|d| d.api_version = 9), DM_ERROR_VERSION, "9");
+    let untrue = adopt(&|d| d.features = DM_FEATURE_SYNCHRONIZATION2);
+    refused(untrue, DM_ERROR_ARGUMENT, "vkCmdPipelineBarrier2KHR");
     refused(
         adopt(&|d| d.features = 1 << 9),
         DM_ERROR_ARGUMENT,
