@@ -5,7 +5,7 @@ use crate::gpu::{Buffer, Handover, HostCommands, Recorder};
 
 impl Frame {
     /// Records runs of steps into a command buffer of the host's, which submits it. They come after all commands before, on the
-    /// same queue. Without timestamps; allocates nothing.
+    /// same queue. Without timestamps.
     ///
     /// # Errors
     /// [`Error::Argument`](crate::Error::Argument) for steps that do not exist.
