@@ -3,7 +3,6 @@
 use std::ffi::{c_char, c_void};
 
 use super::{
-    DM_API_VERSION,
     guard::{Fault, Outcome, c_text, dm_result, guard},
     handle::{self, dm_context},
     log::{DM_LOG_INFO, Logger, Target, dm_log},
@@ -132,25 +131,28 @@ pub unsafe extern "C" fn dm_context_create(
             user: desc.log_user,
         };
         let context = context(device, target, desc.flags & DM_CONTEXT_VALIDATION != 0);
-        let logger = context.logger.clone();
-        let handle = handle::insert(context)?;
         // SAFETY: not NULL; the caller's promise.
-        unsafe { pointer::put(out, handle) };
-        logger.flush();
-        Ok(())
+        unsafe { hand_out(context, out) }
     })
+}
+
+/// Gives a new context to the caller, then tells what there is to tell of it.
+///
+/// # Safety
+/// `out` has been checked and may be written.
+pub(super) unsafe fn hand_out(context: Context, out: *mut dm_context) -> Outcome {
+    let logger = context.logger.clone();
+    let handle = handle::insert(context)?;
+    // SAFETY: the caller's promise.
+    unsafe { pointer::put(out, handle) };
+    logger.flush();
+    Ok(())
 }
 
 /// # Safety
 /// The text of `desc` is NULL or valid.
 unsafe fn open(desc: &dm_context_desc) -> Outcome<Device> {
-    if desc.api_version != DM_API_VERSION {
-        let message = format!(
-            "desc.api_version is {}, the library has version {DM_API_VERSION}",
-            desc.api_version
-        );
-        return Err(Fault::new(dm_result::DM_ERROR_VERSION, message));
-    }
+    Fault::check_version(desc.api_version)?;
     let known = DM_CONTEXT_CPU | DM_CONTEXT_VALIDATION | DM_CONTEXT_TIMESTAMPS;
     if desc.flags & !known != 0 {
         let reason = format!("{:#x} has unknown flags", desc.flags);

@@ -7,6 +7,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
+use super::DM_API_VERSION;
 use crate::Error;
 
 /// What a function returns; every function but dm_api_version and dm_last_error has one.
@@ -64,6 +65,16 @@ impl Fault {
 
     pub(super) fn argument(name: &str, reason: impl std::fmt::Display) -> Self {
         Self::new(dm_result::DM_ERROR_ARGUMENT, format!("{name}: {reason}"))
+    }
+
+    /// Refuses a program that was compiled with another version's header.
+    pub(super) fn check_version(given: u32) -> Outcome {
+        if given == DM_API_VERSION {
+            return Ok(());
+        }
+        let message =
+            format!("desc.api_version is {given}, the library has version {DM_API_VERSION}");
+        Err(Self::new(dm_result::DM_ERROR_VERSION, message))
     }
 
     pub(super) fn size(name: &str, given: usize, wanted: usize) -> Self {

@@ -5,10 +5,9 @@ use std::ffi::{CStr, c_char, c_void};
 use ash::vk::{self, Handle as _};
 
 use super::{
-    DM_API_VERSION,
-    context::context,
+    context::{context, hand_out},
     guard::{Fault, dm_result, guard},
-    handle::{self, dm_context},
+    handle::dm_context,
     log::{Target, dm_log},
     pointer::{self, structs},
 };
@@ -171,23 +170,13 @@ pub unsafe extern "C" fn dm_context_adopt(
             user: desc.log_user,
         };
         let context = context(Device::Gpu(gpu), target, false);
-        let logger = context.logger.clone();
-        let handle = handle::insert(context)?;
         // SAFETY: not NULL; the caller's promise.
-        unsafe { pointer::put(out, handle) };
-        logger.flush();
-        Ok(())
+        unsafe { hand_out(context, out) }
     })
 }
 
 fn host(desc: &dm_vulkan_desc) -> Result<Host, Fault> {
-    if desc.api_version != DM_API_VERSION {
-        let message = format!(
-            "desc.api_version is {}, the library has version {DM_API_VERSION}",
-            desc.api_version
-        );
-        return Err(Fault::new(dm_result::DM_ERROR_VERSION, message));
-    }
+    Fault::check_version(desc.api_version)?;
     let known = DM_FEATURE_SYNCHRONIZATION2 | DM_FEATURE_DEBUG_UTILS;
     if desc.features & !known != 0 {
         let reason = format!("{:#x} has unknown features", desc.features);

@@ -21,6 +21,19 @@ const ROUNDING: f32 = 2e-5;
 /// 1 / r, with parts of a fiftieth of the character's size.
 const FILTERING: f32 = 2e-4;
 
+/// A bundled character, prepared by default.
+fn bundled(file: &str) -> Arc<Rig> {
+    let model = crate::asset::load(&PathBuf::from("assets").join(file)).unwrap();
+    Arc::new(Rig::prepare(&model, &Options::default(), &|_: Progress| {}).unwrap())
+}
+
+/// The pose with one joint turned from rest.
+fn turned(rig: &Rig, joint: &str, turn: glam::Mat4) -> Pose {
+    let mut local = vec![glam::Mat4::IDENTITY; rig.skeleton.joints.len()];
+    local[rig.skeleton.find(joint).unwrap()] = turn;
+    Pose::from_local(&rig.skeleton, &local).unwrap()
+}
+
 pub(super) fn gpu() -> Option<Gpu> {
     if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
         eprintln!("skipped: DERMIS_NO_GPU is 1");
@@ -135,8 +148,6 @@ fn differing(r: Resource, gpu: &[u32], twin: &[u32], size: f32) -> Vec<usize> {
         let scale = match r {
             Resource::Gradients => 50.0 / size,
             Resource::SlopesA | Resource::SlopesB => 200.0 / size,
-            // The step back from a contact sheet is long where the field is flat.
-            Resource::TrackA | Resource::TrackB | Resource::TrackC => 3.0,
             _ => 1.0,
         };
         (a - b).abs() <= ROUNDING * (a.abs() + b.abs() + size) + FILTERING * scale

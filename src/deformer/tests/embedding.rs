@@ -1,29 +1,19 @@
 //! A deformer in a host's frame: the host owns device, queue, command buffer and vertex buffer.
 
-use std::sync::Arc;
-
 use ash::vk;
 use glam::Mat4;
 
-use super::gpu;
+use super::{bundled, gpu, turned};
 use crate::{
     deformer::{Deformer, Device, Method, Normals, Settings, Skin, VertexLayout},
     gpu::{Class, Gpu, GpuOptions, Handover, Host, HostCommands},
     pass::output::{BYTE_NORMALS, Constants},
-    report::Progress,
-    rig::{Options, Pose, Rig},
+    rig::{Pose, Rig},
     twin::{Args, Slot},
 };
 
-fn arm() -> Arc<Rig> {
-    let model = crate::asset::load(std::path::Path::new("assets/arm.glb")).unwrap();
-    Arc::new(Rig::prepare(&model, &Options::default(), &|_: Progress| {}).unwrap())
-}
-
 fn bent(rig: &Rig, degrees: f32) -> Pose {
-    let mut local = vec![Mat4::IDENTITY; rig.skeleton.joints.len()];
-    local[rig.skeleton.find("lower").unwrap()] = Mat4::from_rotation_z(degrees.to_radians());
-    Pose::from_local(&rig.skeleton, &local).unwrap()
+    turned(rig, "lower", Mat4::from_rotation_z(degrees.to_radians()))
 }
 
 /// The device of `gpu` as a host would pass it on.
@@ -64,7 +54,7 @@ fn vertices(bytes: &[u8], rows: usize, layout: VertexLayout) -> Vec<[u32; 6]> {
 
 fn play(method: Method, normals: Normals) -> (Skin, Vec<[u32; 6]>, Skin) {
     let gpu = gpu().unwrap();
-    let rig = arm();
+    let rig = bundled("arm.glb");
     let settings = Settings {
         method,
         ..Settings::default()
@@ -172,7 +162,7 @@ fn packed_normals_are_within_half_a_step_and_the_rest_of_a_vertex_stays() {
 #[test]
 fn outputs_of_others_slots_past_the_end_and_the_cpu_are_refused() {
     let Some(gpu) = gpu() else { return };
-    let rig = arm();
+    let rig = bundled("arm.glb");
     let settings = Settings {
         method: Method::Dqs,
         ..Settings::default()

@@ -2,17 +2,14 @@
 
 use glam::Vec3;
 
-use std::sync::Arc;
-
 use glam::Mat4;
 
-use super::{gpu, rig};
+use super::{bundled, gpu, rig, turned};
 use crate::{
     deformer::{Deformer, Device, Method, Settings, Skin, statics::Statics},
     layout::{NO_SEED, state},
     mesh::Mesh,
-    report::Progress,
-    rig::{Options, Pose, Rig},
+    rig::{Pose, Rig},
 };
 
 fn bent(rig: &Rig, degrees: f32) -> Pose {
@@ -122,17 +119,6 @@ fn the_freedom_to_slide_ends_where_the_skin_is_rigid() {
     assert_eq!([0, 2, 3].map(|v| bodies[v][2]), [1.0, 0.0, 0.0]);
 }
 
-/// A bundled character, and its pose with one joint turned.
-fn turned(file: &str, joint: &str, turn: Mat4) -> (Arc<Rig>, Pose) {
-    let path = std::path::Path::new("assets").join(file);
-    let model = crate::asset::load(&path).unwrap();
-    let rig = Rig::prepare(&model, &Options::default(), &|_: Progress| {}).unwrap();
-    let mut local = vec![Mat4::IDENTITY; rig.skeleton.joints.len()];
-    local[rig.skeleton.find(joint).unwrap()] = turn;
-    let pose = Pose::from_local(&rig.skeleton, &local).unwrap();
-    (Arc::new(rig), pose)
-}
-
 /// The longest edge over its length at rest: skin of the far side has longer ones than any other.
 fn longest(rig: &Rig, skin: &Skin) -> f32 {
     let triangles = rig.rows.triangles.iter();
@@ -148,11 +134,8 @@ fn longest(rig: &Rig, skin: &Skin) -> f32 {
 #[test]
 fn a_step_that_leads_through_another_part_is_done_again_in_halves() {
     let Some(gpu) = gpu() else { return };
-    let (rig, bent) = turned(
-        "arm.glb",
-        "lower",
-        Mat4::from_rotation_z(165f32.to_radians()),
-    );
+    let rig = bundled("arm.glb");
+    let bent = turned(&rig, "lower", Mat4::from_rotation_z(165f32.to_radians()));
     let mut settings = Settings {
         method: Method::Tracking,
         substep_degrees: 50.0,
@@ -179,7 +162,8 @@ fn a_step_that_leads_through_another_part_is_done_again_in_halves() {
 fn the_knee_of_the_mannequin_stays_closed_at_150_degrees() {
     let Some(gpu) = gpu() else { return };
     let turn = Mat4::from_rotation_x(150f32.to_radians());
-    let (rig, bent) = turned("mannequin.glb", "left_shin", turn);
+    let rig = bundled("mannequin.glb");
+    let bent = turned(&rig, "left_shin", turn);
     let settings = Settings {
         method: Method::Tracking,
         ..Settings::default()
@@ -217,21 +201,15 @@ fn mixed(rig: &Rig, skin: &Skin) -> f32 {
 #[test]
 fn skins_in_contact_keep_their_sides() {
     let Some(gpu) = gpu() else { return };
-    let model = crate::asset::load(std::path::Path::new("assets/arm.glb")).unwrap();
-    let rig = Rig::prepare(&model, &Options::default(), &|_: Progress| {}).unwrap();
-    let rig = Arc::new(rig);
+    let rig = bundled("arm.glb");
     let settings = Settings {
         method: Method::Tracking,
         ..Settings::default()
     };
     let mut deformer = Deformer::new(&Device::Gpu(gpu.clone()), rig.clone(), &settings).unwrap();
-    let lower = rig.skeleton.find("lower").unwrap();
     for tenth in 1..=10 {
-        let mut local = vec![Mat4::IDENTITY; rig.skeleton.joints.len()];
-        local[lower] = Mat4::from_rotation_z((15.0 * tenth as f32).to_radians());
-        deformer
-            .advance(&Pose::from_local(&rig.skeleton, &local).unwrap())
-            .unwrap();
+        let turn = Mat4::from_rotation_z((15.0 * tenth as f32).to_radians());
+        deformer.advance(&turned(&rig, "lower", turn)).unwrap();
     }
     let depth = mixed(&rig, &deformer.read().unwrap());
     // Half a percent of the radius; .0004 where nothing brings them back.

@@ -13,7 +13,7 @@ use dermis::capi::{dm_result::*, *};
 use crate::{
     fine,
     host_device::{BYTES, HostDevice},
-    last_error, raw,
+    last_error, no_gpu, raw,
 };
 
 /// Functions that need a host's device, swept here.
@@ -88,17 +88,9 @@ fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
     (context, rig, deformer, info)
 }
 
-fn skip() -> bool {
-    let skip = std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1");
-    if skip {
-        eprintln!("skipped: DERMIS_NO_GPU=1");
-    }
-    skip
-}
-
 #[test]
 fn a_host_gets_its_skin_and_its_device_back_as_it_was() {
-    if skip() {
+    if no_gpu() {
         return;
     }
     let host = HostDevice::new();
@@ -144,7 +136,7 @@ fn a_host_gets_its_skin_and_its_device_back_as_it_was() {
 
 #[test]
 fn misuse_of_a_hosts_device_is_refused() {
-    if skip() {
+    if no_gpu() {
         return;
     }
     let host = HostDevice::new();

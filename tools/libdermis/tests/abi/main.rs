@@ -35,6 +35,15 @@ fn last_error() -> String {
     text.to_str().unwrap().to_owned()
 }
 
+/// `DERMIS_NO_GPU=1` asks to leave out what needs a device.
+fn no_gpu() -> bool {
+    let skip = std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1");
+    if skip {
+        eprintln!("skipped: DERMIS_NO_GPU=1");
+    }
+    skip
+}
+
 /// Fails with the last error where a call did not succeed.
 #[track_caller]
 fn fine(result: dm_result) {

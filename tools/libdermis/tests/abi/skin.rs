@@ -16,7 +16,7 @@ use dermis::{
 };
 use glam::Vec3;
 
-use crate::{Messages, calls, fine, keep, raw};
+use crate::{Messages, calls, fine, keep, no_gpu, raw};
 
 /// Frames of the arm's clip.
 const TIMES: [f32; 3] = [0.2, 0.6, 1.0];
@@ -136,8 +136,7 @@ fn context(desc: &dm_context_desc) -> dm_context {
 
 /// A validated device by both ways; `None` where `DERMIS_NO_GPU=1` asks for the skip.
 fn devices(messages: &Messages) -> Option<(Device, dm_context)> {
-    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
-        eprintln!("skipped: DERMIS_NO_GPU=1");
+    if no_gpu() {
         return None;
     }
     let options = GpuOptions {
