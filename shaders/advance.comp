@@ -2,7 +2,7 @@
 // around which anything else changes than their place, and those that had not come to rest.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 17
+#define FIRST_FIELD_BINDING 18
 #include "shared/around.glsl"
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
@@ -23,7 +23,8 @@ layout(set = 0, binding = 12, std430) writeonly buffer TrackC { vec4 track_c[]; 
 layout(set = 0, binding = 13, std430) writeonly buffer SlopesA { vec4 slopes_a[]; };
 layout(set = 0, binding = 14, std430) writeonly buffer SlopesB { vec4 slopes_b[]; };
 layout(set = 0, binding = 15, std430) buffer Around { uint around[]; }; // fields that moved with the vertex, or 0
-layout(set = 0, binding = 16, std430) buffer LiveSet { uint live_set[]; };
+layout(set = 0, binding = 16, std430) buffer Stirs { float stirs[]; }; // a vertex: in this sub-step, and in all of the frame
+layout(set = 0, binding = 17, std430) buffer LiveSet { uint live_set[]; };
 layout(push_constant) uniform Constants {
     uint vertices; // welded
     uint width; // influences a vertex
@@ -32,6 +33,29 @@ layout(push_constant) uniform Constants {
 
 #include "shared/carry.glsl"
 #include "shared/motion.glsl"
+
+const float FADING = 8.0; // over which share of a box a field fades out, inverted
+
+// How far the fields around x moved against what it was carried by from its place before; a field fades out towards the faces
+// of its box. One that moves like nothing else, as a muscle that swells, counts as far.
+float stir_around(vec3 x, vec3 before, float far) {
+    uint pairs = cell_pairs(), pair = 0u;
+    float stir = 0.0;
+    do {
+        uvec2 bits = cell_pair(x, pair, pairs);
+        do {
+            bool any_left = (bits.x | bits.y) != 0u;
+            uint i = pair * 64u + take_bit(bits);
+            vec3 at = in_box(field_box(i), x), inside = min(at, 1.0 - at);
+            float presence = clamp(FADING * min(inside.x, min(inside.y, inside.z)), 0.0, 1.0);
+            uint joint = (field_word(i, LAST_CELL) >> 16) * JOINT_TEXELS;
+            float apart = field_word(i, TILE) >> 24 == NO_MOTION ? far : distance(carry(joint + CHANGE, vec4(before, 1.0)), x);
+            stir = any_left ? max(stir, presence * apart) : stir;
+        } while ((bits.x | bits.y) != 0u);
+        pair++;
+    } while (pair < pairs);
+    return stir;
+}
 
 void main() {
     uint v = gl_GlobalInvocationID.x;
@@ -50,9 +74,15 @@ void main() {
     vec3 x = at_home || !follows ? home : carried;
     uint count = fields_moving_as(motions.x, TILE, x);
     bool still = count != 0u && count == around[v] && state.w <= constants.stillness;
-    vec3 before = x - carried + carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0));
+    // A skin that keeps up with its joints keeps no momentum: every frame begins at home.
+    vec3 before = at_home ? x : x - carried + carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0));
     vec3 slope = carry(joint + CHANGE, vec4(fetch(tracked_slopes, v).xyz, 0.0));
+    float radius = body.y * fields.box_scale.w;
+    bool settled = at_home || !follows;
     around[v] = count;
+    float stir = settled ? 1.0 : count != 0u ? 0.0 : stir_around(x, state.xyz, radius) / radius;
+    stirs[2u * v] = stir;
+    stirs[2u * v + 1u] += stir;
     vec4 at = vec4(x, state.w);
     track_a[v] = at;
     track_b[v] = at;

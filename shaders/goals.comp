@@ -5,6 +5,7 @@
 // shortens an edge by the cosine of half the angle between them: to .71 at a joint bent by 90° with rigid weights.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shared/pace.glsl"
 #include "shared/rotation.glsl"
 #include "shared/texels.glsl"
 #include "shared/types.glsl"
@@ -17,7 +18,8 @@ layout(set = 0, binding = 3) uniform samplerBuffer vertices;
 layout(set = 0, binding = 4) uniform samplerBuffer rotations;
 layout(set = 0, binding = 5) uniform samplerBuffer field_poses;
 layout(set = 0, binding = 6) uniform samplerBuffer geometric;
-layout(set = 0, binding = 7, std430) writeonly buffer Goals { vec4 goals[]; };
+layout(set = 0, binding = 7) uniform usamplerBuffer stirs;
+layout(set = 0, binding = 8, std430) writeonly buffer Goals { vec4 goals[]; }; // w: pace
 layout(push_constant) uniform Constants {
     uint vertices; // welded
 } constants;
@@ -38,5 +40,5 @@ void main() {
         tie -= weight;
         goal += weight * rotate(half_way(turn, fetch(rotations, j)), edge);
     }
-    goals[v] = vec4(fetch(field_poses, 2u).w * goal + tie * fetch(geometric, v).xyz, 0.0);
+    goals[v] = vec4(fetch(field_poses, 2u).w * goal + tie * fetch(geometric, v).xyz, pace_of(number(stirs, 2u * v)));
 }

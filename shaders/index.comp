@@ -23,7 +23,7 @@ void main() {
     uint words = uint(index.length()) / uint(CELLS * CELLS * CELLS);
     Box box = field_box(i);
     uvec3 first = unpack(field_word(i, FIRST_CELL));
-    uvec3 size = unpack(field_word(i, LAST_CELL)) - first + 1u;
+    uvec3 size = unpack_cell(field_word(i, LAST_CELL)) - first + 1u;
     vec3 cell = 1.0 / fields.grid_inverse.xyz;
     uint count = float(i) < fields.grid_inverse.w ? size.x * size.y * size.z : 0u;
     // Division of integers is slow on software rasterisers; these quotients are exact, being below 2^15 and half a cell off.

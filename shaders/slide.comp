@@ -13,7 +13,7 @@ layout(set = 0, binding = 2) uniform usamplerBuffer ring_offsets;
 layout(set = 0, binding = 3) uniform usamplerBuffer rings;
 layout(set = 0, binding = 4) uniform usamplerBuffer ring_weights;
 layout(set = 0, binding = 5) uniform samplerBuffer bodies; // iso-value, radius, freedom, rank of the seed or -1
-layout(set = 0, binding = 6) uniform samplerBuffer goals;
+layout(set = 0, binding = 6) uniform samplerBuffer goals; // w: pace
 layout(set = 0, binding = 7) uniform samplerBuffer starts;
 layout(set = 0, binding = 8) uniform samplerBuffer befores; // one iteration ago
 layout(set = 0, binding = 9) uniform samplerBuffer slopes; // gradients of the last evaluation; 0 where there was none
@@ -35,6 +35,7 @@ void main() {
     float radius = body.y * fetch(field_poses, 2u).w;
     vec3 slope = fetch(slopes, v).xyz;
     vec3 normal = slope / max(length(slope), 1e-20);
-    vec3 y = relaxed(v, normal, body.z, constants.omega, radius);
+    vec4 goal = fetch(goals, v);
+    vec3 y = relaxed(v, goal, normal, body.z, constants.omega, radius);
     tracks[v] = vec4(y, length(y - fetch(starts, v).xyz) / radius);
 }

@@ -14,7 +14,7 @@ layout(set = 0, binding = 2) uniform usamplerBuffer ring_offsets;
 layout(set = 0, binding = 3) uniform usamplerBuffer rings;
 layout(set = 0, binding = 4) uniform usamplerBuffer ring_weights;
 layout(set = 0, binding = 5) uniform samplerBuffer bodies; // iso-value, radius, freedom, rank of the seed or -1
-layout(set = 0, binding = 6) uniform samplerBuffer goals;
+layout(set = 0, binding = 6) uniform samplerBuffer goals; // w: pace
 layout(set = 0, binding = 7) uniform samplerBuffer starts;
 layout(set = 0, binding = 8) uniform samplerBuffer befores; // one iteration ago
 layout(set = 0, binding = 9) uniform samplerBuffer slopes; // gradients of the last iteration; 0 where there was none
@@ -32,7 +32,7 @@ layout(push_constant) uniform Constants {
 // A pose carries two limbs' skins into each other past the contact sheet between their fields, and the gradient points away from
 // the sheet on both sides: each would come to rest on its far side, and the skins would have changed places. So what is inside a
 // sheet and has its gradient turned goes on past the sheet.
-const float SHEET = 0.7; // how far in a sheet
+const float SHEET = 0.5; // how far in a sheet
 const float RETURN = 2.0; // share of the Newton step
 
 #include "shared/relaxation.glsl"
@@ -46,11 +46,12 @@ void main() {
     float radius = body.y * fields.box_scale.w;
     vec3 x = fetch(starts, v).xyz, slope = fetch(slopes, v).xyz;
     vec3 normal = slope / max(length(slope), 1e-20);
-    vec3 y = relaxed(v, normal, body.z, constants.omega, radius);
+    vec4 goal = fetch(goals, v);
+    vec3 y = relaxed(v, goal, normal, body.z, constants.omega, radius);
 
     vec4 sampled = evaluate(y);
     bool crossed = sheet > SHEET && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
-    vec3 to = y + newton(body.x, sampled, crossed ? RETURN : constants.sigma, radius, LEAP);
+    vec3 to = y + goal.w * newton(body.x, sampled, crossed ? RETURN : constants.sigma, radius, LEAP);
     float moved = length(to - x) / radius;
     tracks[v] = vec4(to, moved);
     gradients[v] = vec4(crossed ? -sampled.yzw : sampled.yzw, sampled.x); // that of its own side

@@ -8,6 +8,7 @@ layout(set = 0, binding = FIRST_FIELD_BINDING) uniform Head {
     vec4 grid_origin; // w: words of a cell
     vec4 grid_inverse; // cells a unit; w: fields
     vec4 box_scale; // texture coordinates a box coordinate; w: model units a rest unit
+    vec4 turn; // w: the furthest that any joint turns in the frame, degrees
 } fields;
 layout(set = 0, binding = FIRST_FIELD_BINDING + 1) uniform samplerBuffer field_poses; // head and poses in one buffer
 layout(set = 0, binding = FIRST_FIELD_BINDING + 2) uniform usamplerBuffer field_words; // the same buffer

@@ -14,16 +14,16 @@ const uint DUAL = 4u;
 const uint STRETCH = 5u;
 const uint CHANGE = 7u;
 
-// A posed field (FieldPose) is four texels behind the three of the head: three rows of model space → box coordinates, and
+// A posed field (FieldPose) is four texels behind the four of the head: three rows of model space → box coordinates, and
 // four words: tile in the atlas, link in the composition, first and last index cell of its box.
-const uint FIELD_HEAD = 3u;
+const uint FIELD_HEAD = 4u;
 const uint FIELD_TEXELS = 4u;
 const uint TILE = 0u; // x | y << 8 | z << 16 | motion since the pose before << 24
 // parent field | operator volume << 16 | opening << 24;
 // in tracking: group | controller against the groups before << 8 | operator volume in the group << 16 | its controller << 24
 const uint LINK = 1u;
 const uint FIRST_CELL = 2u; // x | y << 8 | z << 16 | motion since rest << 24
-const uint LAST_CELL = 3u;
+const uint LAST_CELL = 3u; // x | y << 5 | z << 10 | joint << 16
 
 // Joints and fields with the same number move as one; no field moves with those of NO_MOTION. A joint's two numbers are one:
 // that of its motion since the pose before, and MOTIONS times that since rest.
@@ -32,6 +32,11 @@ const uint MOTIONS = 256u;
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;
+}
+
+// The cell of LAST_CELL.
+uvec3 unpack_cell(uint word) {
+    return uvec3(word, word >> 5, word >> 10) & 0x1fu;
 }
 
 const uint NO_FIELD = 0xffffu;

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use super::{plan::Substep, statics::Statics};
 use crate::{
     field::{AtlasLayout, GRID},
-    layout::{CELLS, FieldPose, FieldsHead, JointPose, NO_MOTION, pack},
+    layout::{CELLS, FieldPose, FieldsHead, JointPose, NO_MOTION, pack, pack_last_cell},
     rig::{Pose, Rig},
 };
 
@@ -19,6 +19,8 @@ pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
     slices: usize,
+    /// The furthest that any joint turns in the frame, degrees.
+    turn: f32,
     substeps: Vec<Substep>,
     /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
@@ -61,8 +63,15 @@ impl PoseUpload {
         self.substeps.push(substep);
     }
 
+    /// Begins a frame in which a joint turns by so many degrees.
+    pub(super) fn begin(&mut self, turn: f32) {
+        self.clear();
+        self.turn = turn;
+    }
+
     /// No slices.
     pub(super) fn clear(&mut self) {
+        self.turn = 0.0;
         self.palette.clear();
         self.fields.clear();
         self.slices = 0;
@@ -136,7 +145,7 @@ impl PoseUpload {
                 tile: pack(layout.tile(row)) | motion << 24,
                 link: statics.links[i],
                 first_cell: pack(cell(first).to_array()) | since_rest << 24,
-                last_cell: pack(cell(last).to_array()),
+                last_cell: pack_last_cell(cell(last).to_array(), rig.fields[row as usize].joint),
             };
             let at = head + i * size_of::<FieldPose>();
             self.fields[at..at + size_of::<FieldPose>()].copy_from_slice(bytes_of(&field));
@@ -155,6 +164,7 @@ impl PoseUpload {
             grid_origin: low.extend(statics.cell_words() as f32).to_array(),
             grid_inverse: inverse.extend(fields as f32).to_array(),
             box_scale: box_scale.extend(scale).to_array(),
+            turn: [0.0, 0.0, 0.0, self.turn],
         };
         self.fields[first_byte..head].copy_from_slice(bytes_of(&content));
     }

@@ -282,6 +282,7 @@ impl Statics {
             Resource::Tracked,
             Resource::TrackedBefore,
             Resource::TrackedSlopes,
+            Resource::Corrections,
             Resource::TrackA,
             Resource::TrackB,
             Resource::TrackC,
@@ -310,6 +311,7 @@ impl Statics {
         for r in words {
             self.size::<u32>(r, vertices);
         }
+        self.size::<[f32; 2]>(Resource::Stirs, vertices);
         for r in [Resource::SkinPositions, Resource::SkinNormals] {
             self.size::<[f32; 4]>(r, rows);
         }

@@ -10,6 +10,8 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Substeps {
     pub(super) poses: Vec<Pose>,
+    /// The furthest that any joint turns on the way, degrees.
+    pub(super) turned: f32,
     /// Rounds of iterations of each.
     pub(super) rounds: u32,
     /// They are large enough to be done again in halves.
@@ -43,6 +45,7 @@ pub(super) fn substeps(
     let turned = turns.iter().map(|t| t.degrees).fold(0.0, f32::max);
     Ok(Substeps {
         poses: (1..=count).map(pose).collect::<Result<_>>()?,
+        turned,
         rounds: rounds(settings, turned / count as f32),
         halves: turned / count as f32 > settings.halving_degrees,
         capped: needed > count,

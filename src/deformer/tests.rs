@@ -200,7 +200,7 @@ fn branched(pass: &str, gpu: &Words, twin: &Words, size: f32) -> Vec<usize> {
             bits.flat_map(|(word, (a, b))| (0..(a ^ b).count_ones() as usize).map(move |_| word))
                 .collect()
         }
-        "project" | "moved" | "settle" => (0..gpu[&status].len())
+        "project" | "moved" | "settle" | "ease" => (0..gpu[&status].len())
             .filter(|&v| gpu[&status][v] != twin[&status][v])
             .collect(),
         "touch" => differing(

@@ -29,6 +29,8 @@ pub struct TrackedState {
     before: Vec<[f32; 4]>,
     /// Gradients of the last evaluation.
     slopes: Vec<[f32; 4]>,
+    /// What settling and smoothing added to each vertex, turned back to rest with its part.
+    corrections: Vec<[f32; 4]>,
     /// Fields that moved with each vertex in the last sub-step.
     around: Vec<u32>,
 }
@@ -52,6 +54,7 @@ impl TrackedState {
             before: tracked.clone(),
             // Without a slope the first evaluation comes before the first slide.
             slopes: vec![[0.0; 4]; tracked.len()],
+            corrections: vec![[0.0; 4]; tracked.len()],
             tracked,
             around: vec![0; rig.mesh.positions.len()],
         }
@@ -62,7 +65,7 @@ impl TrackedState {
         let fits = |rows: &Vec<[f32; 4]>| {
             rows.len() == vertices && rows.iter().flatten().all(|x| x.is_finite())
         };
-        let all = [&self.tracked, &self.before, &self.slopes];
+        let all = [&self.tracked, &self.before, &self.slopes, &self.corrections];
         let posed = self.pose.as_ref();
         all.into_iter().all(fits)
             && self.around.len() == vertices
@@ -106,6 +109,7 @@ impl Deformer {
             tracked: self.machine.read(Resource::Tracked)?,
             before: self.machine.read(Resource::TrackedBefore)?,
             slopes: self.machine.read(Resource::TrackedSlopes)?,
+            corrections: self.machine.read(Resource::Corrections)?,
             around: self.machine.read(Resource::Around)?,
         }))
     }
@@ -132,6 +136,8 @@ impl Deformer {
         self.machine.write(Resource::Tracked, &state.tracked)?;
         self.machine.write(Resource::TrackedBefore, &state.before)?;
         self.machine.write(Resource::TrackedSlopes, &state.slopes)?;
+        self.machine
+            .write(Resource::Corrections, &state.corrections)?;
         self.machine.write(Resource::Around, &state.around)
     }
 
@@ -143,7 +149,7 @@ impl Deformer {
         let steps = substeps(skeleton, &self.settings, &start, pose)?;
         let halves = steps.halves(skeleton, &start)?;
         let layout = self.machine.layout();
-        self.upload.clear();
+        self.upload.begin(steps.turned);
         // At rest the tracked skin is not yet where the root carries it.
         let mut before = tracked.clone().unwrap_or_else(|| Pose::rest(skeleton));
         for (row, pose) in steps.poses.iter().enumerate() {

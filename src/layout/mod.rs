@@ -135,7 +135,7 @@ pub struct FieldPose {
     pub link: u32,
     /// First index cell that its box may meet: x | y << 8 | z << 16 | number of its motion since rest << 24.
     pub first_cell: u32,
-    /// Last index cell that its box may meet.
+    /// Last index cell that its box may meet, and its joint, as [`pack_last_cell`] joins them.
     pub last_cell: u32,
 }
 
@@ -149,6 +149,8 @@ pub struct FieldsHead {
     pub grid_inverse: [f32; 4],
     /// Texture coordinates a box coordinate; w: model units a rest unit.
     pub box_scale: [f32; 4],
+    /// w: the furthest that any joint turns in the frame, degrees, in tracking.
+    pub turn: [f32; 4],
 }
 
 /// Three numbers below 256 in a word.
@@ -159,6 +161,19 @@ pub fn pack(xyz: [u32; 3]) -> u32 {
 /// The three numbers of [`pack`].
 pub fn unpack(word: u32) -> [u32; 3] {
     [word & 0xff, word >> 8 & 0xff, word >> 16 & 0xff]
+}
+
+/// The last index cell of a field's box, and the field's joint: x | y << 5 | z << 10 | joint << 16.
+pub fn pack_last_cell(xyz: [u32; 3], joint: u16) -> u32 {
+    xyz[0] | xyz[1] << 5 | xyz[2] << 10 | u32::from(joint) << 16
+}
+
+/// The cell and the joint of [`pack_last_cell`].
+pub fn unpack_last_cell(word: u32) -> ([u32; 3], u32) {
+    (
+        [word & 0x1f, word >> 5 & 0x1f, word >> 10 & 0x1f],
+        word >> 16,
+    )
 }
 
 /// Head of a work list.

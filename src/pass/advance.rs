@@ -28,6 +28,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::write("slopes_a"),
         Binding::write("slopes_b"),
         Binding::read_write("around"),
+        Binding::read_write("stirs"),
         Binding::read_write("live_set"),
         Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),

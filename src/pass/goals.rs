@@ -19,6 +19,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("rotations"),
         Binding::texels("field_poses"),
         Binding::texels("geometric"),
+        Binding::words("stirs"),
         Binding::write("goals"),
     ],
     constants: size_of::<Constants>() as u32,

@@ -6,6 +6,7 @@ pub mod ceiling_fetch;
 pub mod ceiling_replay;
 pub mod compact;
 pub mod diffuse;
+pub mod ease;
 pub mod field_grid;
 pub mod goals;
 pub mod index;

@@ -30,11 +30,12 @@ pub fn run(args: &mut Args<'_>) {
     let [track_a, track_b, track_c] = [10, 11, 12].map(|i| args.write::<[f32; 4]>(i));
     let [slopes_a, slopes_b] = [13, 14].map(|i| args.write::<[f32; 4]>(i));
     let around = args.write::<u32>(15);
-    let live_set = args.write::<u32>(16);
-    let boxes = Boxes::new(args, 17);
+    let stirs = args.write::<f32>(16);
+    let live_set = args.write::<u32>(17);
+    let boxes = Boxes::new(args, 18);
     for v in 0..c.vertices as usize {
         let row = v as u32;
-        let [_, _, freedom, rank] = bodies[v];
+        let [_, radius, freedom, rank] = bodies[v];
         let joint = &palette[vertices[v].part as usize];
         let moved = tracked[v][3];
         let carried = if freedom > 0.0 {
@@ -48,9 +49,30 @@ pub fn run(args: &mut Args<'_>) {
         let x = if at_home || rank < 0.0 { home } else { carried };
         let count = boxes.moving_as(motion, x);
         let still = count != 0 && count == around[v] && moved <= c.stillness;
-        let before = x - carried + carry(&joint.change, at(tracked_before, row).extend(1.0));
+        let before = if at_home {
+            x
+        } else {
+            x - carried + carry(&joint.change, at(tracked_before, row).extend(1.0))
+        };
         let slope = carry(&joint.change, at(tracked_slopes, row).extend(0.0));
         around[v] = count;
+        let settled = at_home || rank < 0.0;
+        let stir = match count {
+            _ if settled => 1.0,
+            0 => {
+                let radius = radius * boxes.scale();
+                let moved = |joint: u32| {
+                    carry(
+                        &palette[joint as usize].change,
+                        at(tracked, row).extend(1.0),
+                    )
+                };
+                boxes.stir(x, radius, moved) / radius
+            }
+            _ => 0.0,
+        };
+        stirs[2 * v] = stir;
+        stirs[2 * v + 1] += stir;
         track_a[v] = x.extend(moved).to_array();
         track_b[v] = track_a[v];
         track_c[v] = before.extend(0.0).to_array();

@@ -6,6 +6,7 @@ use super::{
     Args,
     shared::{
         list,
+        pace::pace_of,
         rotation::{half_way, rotate},
     },
 };
@@ -20,7 +21,8 @@ pub fn run(args: &mut Args<'_>) {
     let rotations = args.read::<[f32; 4]>(4);
     let scale = args.read::<[f32; 4]>(5)[2][3];
     let geometric = args.read::<[f32; 4]>(6);
-    let goals = args.write::<[f32; 4]>(7);
+    let stirs = args.read::<f32>(7);
+    let goals = args.write::<[f32; 4]>(8);
     let rest = |v: usize| Vec3::from(vertices[v].position);
     let turn = |v: usize| Vec4::from_array(rotations[v]);
     for (v, to) in goals.iter_mut().enumerate().take(c.vertices as usize) {
@@ -32,6 +34,8 @@ pub fn run(args: &mut Args<'_>) {
             goal += weights[k] * rotate(half_way(turn(v), turn(j)), edge);
         }
         let tied = tie * Vec3::from_slice(&geometric[v]);
-        *to = (scale * goal + tied).extend(0.0).to_array();
+        *to = (scale * goal + tied)
+            .extend(pace_of(stirs[2 * v]))
+            .to_array();
     }
 }

@@ -3,7 +3,7 @@
 use glam::{UVec3, Vec3, Vec4};
 
 use super::{Args, cast};
-use crate::layout::{CELLS, FieldPose, FieldsHead, unpack};
+use crate::layout::{CELLS, FieldPose, FieldsHead, unpack, unpack_last_cell};
 
 const MARGIN: f32 = 1e-4;
 
@@ -18,7 +18,7 @@ pub fn run(args: &mut Args<'_>) {
     let cell = 1.0 / Vec3::from_slice(&head.grid_inverse);
     let per_cell = head.grid_origin[3] as usize;
     for (i, field) in fields.iter().enumerate() {
-        let (first, last) = (unpack(field.first_cell), unpack(field.last_cell));
+        let (first, (last, _)) = (unpack(field.first_cell), unpack_last_cell(field.last_cell));
         for id in cells(first, last) {
             if meets(field, origin + (id.as_vec3() + 0.5) * cell, 0.5 * cell) {
                 let at = ((id.z * CELLS + id.y) * CELLS + id.x) as usize;

@@ -15,7 +15,7 @@ use super::{
 use crate::pass::track::Constants;
 
 /// How far in a contact sheet a turned gradient means that the vertex has crossed it.
-const SHEET: f32 = 0.7;
+const SHEET: f32 = 0.5;
 /// Share of the Newton step of one that has.
 const RETURN: f32 = 2.0;
 
@@ -44,7 +44,7 @@ pub fn run(args: &mut Args<'_>) {
         let (f, g) = sampled;
         let crossed = sheet > SHEET && f > iso && at(slopes, v).dot(g) < 0.0;
         let sigma = if crossed { RETURN } else { c.sigma };
-        let to = y + newton(iso, sampled, sigma, radius, LEAP);
+        let to = y + relaxation.pace(v) * newton(iso, sampled, sigma, radius, LEAP);
         let g = if crossed { -g } else { g };
         let moved = (to - relaxation.start(v)).length() / radius;
         (to.extend(moved).to_array(), g.extend(f).to_array())

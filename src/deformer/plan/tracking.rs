@@ -27,7 +27,7 @@ pub(in crate::deformer) mod rows {
 /// The frame: sub-steps of rounds, then the skin of their end.
 pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
     let sections = [
-        clear_skin().to_vec(),
+        [&clear_skin()[..], &[Step::Clear(Resource::Stirs)]].concat(),
         begin(sizes, settings),
         round(sizes, settings, false),
         round(sizes, settings, true),
@@ -109,7 +109,7 @@ fn omega(spectral_radius: f32) -> f32 {
     2.0 / (1.0 + (1.0 - spectral_radius * spectral_radius).sqrt())
 }
 
-/// Puts the tracked skin onto its iso-values, smooths it at contacts, and gives the file its rows.
+/// Puts the tracked skin onto its iso-values, smooths it at contacts, eases it there, and gives the file its rows.
 fn skin(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     let seeds = (Resource::SeedList, rows::SEEDS);
     let mut steps = vec![
@@ -125,6 +125,7 @@ fn skin(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     smooth_region(&mut steps, sizes, settings, [rows::CONTACTS, rows::REGION]);
     let region = (Resource::RegionList, rows::REGION);
     steps.push(settle(sizes, settings, region, Resource::Relaxed, true));
+    steps.push(ease(sizes, settings));
     steps.push(normals(sizes));
     steps.push(scatter(sizes));
     steps

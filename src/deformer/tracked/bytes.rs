@@ -7,7 +7,7 @@ use super::TrackedState;
 use crate::{Error, Result, rig::Pose};
 
 /// First word; another byte order reads it otherwise.
-const MAGIC: u32 = 0x7464_6d31;
+const MAGIC: u32 = 0x7464_6d32;
 
 /// Words before the arrays: magic, joints, vertices.
 const HEAD: usize = 12;
@@ -15,8 +15,8 @@ const HEAD: usize = 12;
 /// Bytes of a joint's matrix.
 const JOINT: usize = size_of::<[f32; 16]>();
 
-/// Bytes of a vertex: three rows of four floats and a word.
-const VERTEX: usize = 3 * size_of::<[f32; 4]>() + size_of::<u32>();
+/// Bytes of a vertex: four rows of four floats and a word.
+const VERTEX: usize = 4 * size_of::<[f32; 4]>() + size_of::<u32>();
 
 impl TrackedState {
     /// The state as bytes, for this version of the library on machines of this byte order.
@@ -25,7 +25,7 @@ impl TrackedState {
         let head = [MAGIC, pose.len() as u32, self.tracked.len() as u32];
         let mut bytes = cast_slice::<_, u8>(&head).to_vec();
         bytes.extend_from_slice(cast_slice(pose));
-        for rows in [&self.tracked, &self.before, &self.slopes] {
+        for rows in [&self.tracked, &self.before, &self.slopes, &self.corrections] {
             bytes.extend_from_slice(cast_slice(rows));
         }
         bytes.extend_from_slice(cast_slice(&self.around));
@@ -54,6 +54,7 @@ impl TrackedState {
             tracked: reader.take(vertices),
             before: reader.take(vertices),
             slopes: reader.take(vertices),
+            corrections: reader.take(vertices),
             around: reader.take(vertices),
         })
     }
@@ -81,7 +82,8 @@ mod tests {
             tracked: vec![[1.0; 4], [2.0; 4]],
             before: vec![[3.0; 4], [4.0; 4]],
             slopes: vec![[5.0; 4], [6.0; 4]],
-            around: vec![7, 8],
+            corrections: vec![[7.0; 4], [8.0; 4]],
+            around: vec![9, 10],
         }
     }
 

@@ -3,7 +3,10 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::{
-    layout::{CELLS, FieldPose, FieldsHead, NO_MOTION, OPENING_ROWS, composition, unpack},
+    layout::{
+        CELLS, FieldPose, FieldsHead, NO_MOTION, OPENING_ROWS, composition, unpack,
+        unpack_last_cell,
+    },
     twin::{Args, Image, cast},
 };
 
@@ -11,6 +14,8 @@ const NULL_GRADIENT: f32 = 1e-6;
 const UNION: u32 = 0;
 /// Lesser fields leave others as they are.
 const FAINT: f32 = 1e-5;
+/// Over which share of a box a field fades out, inverted.
+const FADING: f32 = 8.0;
 /// Number of the contact operator.
 const CONTACT: u32 = 1;
 
@@ -65,6 +70,24 @@ impl<'a> Boxes<'a> {
         }
     }
 
+    /// How far the fields around `x` moved against what `x` was carried by, where `moved` tells to where a joint's change
+    /// carries the place before; a field that moves like nothing else counts as `far`.
+    pub fn stir(&self, x: Vec3, far: f32, moved: impl Fn(u32) -> Vec3) -> f32 {
+        let of = |i: usize| {
+            let field = &self.fields[i];
+            let at = self.in_box(i, x);
+            let presence = (FADING * at.min(1.0 - at).min_element()).clamp(0.0, 1.0);
+            let (_, joint) = unpack_last_cell(field.last_cell);
+            let apart = if field.tile >> 24 == NO_MOTION {
+                far
+            } else {
+                moved(joint).distance(x)
+            };
+            presence * apart
+        };
+        self.near(x).map(of).fold(0.0, f32::max)
+    }
+
     /// Fields in the index cell that holds `x`, ascending.
     fn near(&self, x: Vec3) -> impl Iterator<Item = usize> {
         let words = self.cell(x).unwrap_or(&[]);
@@ -87,10 +110,15 @@ impl<'a> Boxes<'a> {
         Some(&self.index[first..first + words])
     }
 
-    /// Box coordinates of `x` in field `i`, where its box holds `x`.
-    fn place(&self, i: usize, x: Vec3) -> Option<Vec3> {
+    /// Box coordinates of `x` in field `i`.
+    fn in_box(&self, i: usize, x: Vec3) -> Vec3 {
         let rows = self.fields[i].rows.map(Vec4::from_array);
-        let at = Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w));
+        Vec3::from_array(rows.map(|r| r.truncate().dot(x) + r.w))
+    }
+
+    /// The same, where its box holds `x`.
+    fn place(&self, i: usize, x: Vec3) -> Option<Vec3> {
+        let at = self.in_box(i, x);
         (at == at.clamp(Vec3::ZERO, Vec3::ONE)).then_some(at)
     }
 }
@@ -120,6 +148,11 @@ impl<'a> Composite<'a> {
     /// Model units a rest unit.
     pub fn scale(&self) -> f32 {
         self.boxes.scale()
+    }
+
+    /// The furthest that any joint turns in the frame, degrees.
+    pub fn turn(&self) -> f32 {
+        self.boxes.head.turn[3]
     }
 
     /// Number of the fields whose boxes hold `x`.

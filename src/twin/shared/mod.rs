@@ -5,6 +5,7 @@ pub mod field;
 pub mod list;
 pub mod motion;
 pub mod newton;
+pub mod pace;
 pub mod relaxation;
 pub mod rotation;
 pub mod set;

@@ -19,7 +19,7 @@ pub struct Relaxation<'a> {
     pub rings: &'a [u32],
     /// Their weights over the sum of a ring.
     pub weights: &'a [f32],
-    /// Constant part of the iteration.
+    /// Constant part of the iteration; w: pace.
     pub goals: &'a [[f32; 4]],
     /// Where the vertices are.
     pub starts: &'a [[f32; 4]],
@@ -33,6 +33,11 @@ impl Relaxation<'_> {
         at(self.starts, v)
     }
 
+    /// Share of its steps that it takes.
+    pub fn pace(&self, v: u32) -> f32 {
+        self.goals[v as usize][3]
+    }
+
     /// Its neighbours.
     pub fn ring(&self, v: u32) -> &[u32] {
         &self.rings[list::range(self.offsets, v)]
@@ -41,7 +46,12 @@ impl Relaxation<'_> {
     /// Where it slides, beside a normal that is 0 where there is no tangent plane.
     pub fn relaxed(&self, v: u32, normal: Vec3, freedom: f32, omega: f32, radius: f32) -> Vec3 {
         let x = self.start(v);
-        let freedom = if normal == Vec3::ZERO { 0.0 } else { freedom };
+        let pace = self.pace(v);
+        let freedom = if normal == Vec3::ZERO {
+            0.0
+        } else {
+            freedom * pace
+        };
         let tangent = |d: Vec3| d - normal * normal.dot(d);
         let mut goal = at(self.goals, v);
         for k in list::range(self.offsets, v) {

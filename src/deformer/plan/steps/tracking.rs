@@ -97,6 +97,7 @@ pub(in crate::deformer::plan) fn advance(
         Resource::SlopesA,
         Resource::SlopesB,
         Resource::Around,
+        Resource::Stirs,
         Resource::LiveSet,
         Resource::Fields,
         Resource::Fields,
@@ -118,6 +119,7 @@ pub(in crate::deformer::plan) fn goals(sizes: &Sizes) -> Step {
         Resource::Rotations,
         Resource::Fields,
         Resource::Geometric,
+        Resource::Stirs,
         Resource::Goals,
     ];
     let extent = Extent::Items(sizes.vertices);
@@ -152,6 +154,28 @@ pub(in crate::deformer::plan) fn settle(
     ]);
     let extent = Extent::Indirect(head);
     composed(dispatch(pass!(settle), &bind, &constants, extent), sizes)
+}
+
+/// Lets the settled skin follow the tracked one at its pace.
+pub(in crate::deformer::plan) fn ease(sizes: &Sizes, settings: &Settings) -> Step {
+    let constants = pass::ease::Constants {
+        dispatch: rows::SEEDS,
+        tolerance: settings.tolerance,
+    };
+    let bind = with_field(&[
+        Resource::SeedList,
+        Resource::Dispatches,
+        Resource::Tracked,
+        Resource::Stirs,
+        Resource::Bodies,
+        Resource::Vertices,
+        Resource::Palette,
+        Resource::Corrections,
+        Resource::Positions,
+        Resource::Status,
+    ]);
+    let extent = Extent::Indirect(rows::SEEDS);
+    composed(dispatch(pass!(ease), &bind, &constants, extent), sizes)
 }
 
 /// Counts the faults of a track.

@@ -1,0 +1,55 @@
+// Ends a frame of tracking: the settled and smoothed skin follows the tracked one at the pace of what moves around it. What a vertex
+// has of settling and smoothing is kept from frame to frame, turned back to rest with its part.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define FIRST_FIELD_BINDING 10
+#include "shared/field.glsl"
+#include "shared/newton.glsl"
+#include "shared/pace.glsl"
+#include "shared/rotation.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
+layout(set = 0, binding = 2) uniform samplerBuffer tracked;
+layout(set = 0, binding = 3) uniform usamplerBuffer stirs;
+layout(set = 0, binding = 4) uniform samplerBuffer bodies; // iso-value, radius, freedom, rank of the seed or -1
+layout(set = 0, binding = 5) uniform samplerBuffer vertices;
+layout(set = 0, binding = 6) uniform samplerBuffer palette;
+layout(set = 0, binding = 7, std430) buffer Corrections { vec4 corrections[]; };
+layout(set = 0, binding = 8, std430) buffer Positions { vec4 position[]; }; // w: field
+layout(set = 0, binding = 9, std430) buffer Status { uint status[]; };
+layout(push_constant) uniform Constants {
+    uint dispatch; // row of the list's head
+    float tolerance; // |f − iso| that counts as settled
+} constants;
+
+const float NEAR = 5e-4; // way over the radius on which the field does not change to speak of
+const float NUDGE = 7e-3; // longest step back to the iso-value over the radius; longer ones would be jumps again
+const float SHEET = 0.7; // how far in a contact sheet a vertex off its iso-value is in contact
+
+void main() {
+    if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
+        return;
+    }
+    uint v = word(list, gl_GlobalInvocationID.x);
+    vec4 body = fetch(bodies, v), end = position[v];
+    vec4 turn = fetch(palette, uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS + REAL);
+    vec3 start = fetch(tracked, v).xyz, wanted = end.xyz - start, last = rotate(turn, corrections[v].xyz);
+    float radius = body.y * fields.box_scale.w, easing = easing_of(number(stirs, 2u * v + 1u), fields.turn.w);
+    vec3 correction = easing < 1.0 ? mix(last, wanted, easing) : wanted;
+    corrections[v] = vec4(rotate(vec4(-turn.xyz, turn.w), correction), 0.0);
+    if (easing < 1.0) {
+        end.xyz = start + correction;
+    }
+    bool off = distance(correction, wanted) > NEAR * radius;
+    if (off && state_of(status[v]) == ON_ISO) {
+        end.xyz += newton(body.x, evaluate(end.xyz), 1.0, radius, NUDGE);
+    }
+    if (off) {
+        end.w = evaluate(end.xyz).x;
+        bool left = state_of(status[v]) == ON_ISO && abs(end.w - body.x) > constants.tolerance;
+        status[v] = left ? status[v] - ON_ISO + (sheet > SHEET ? CONTACT : LIMIT) : status[v];
+    }
+    position[v] = end;
+}
