@@ -1,4 +1,4 @@
-/* What the files of the host share: its device (gpu.c), its scene (scene.c) and its pictures (png.c). */
+/* What the files of the host share: its device (gpu.c), its scene (scene.c), its pictures (png.c), a counter (count.c). */
 
 #ifndef HOST_H
 #define HOST_H
@@ -53,6 +53,16 @@ void buffer_create(struct gpu *gpu, VkDeviceSize bytes, VkBufferUsageFlags usage
 void buffer_destroy(struct gpu *gpu, struct buffer *buffer);
 void image_create(struct gpu *gpu, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect, struct image *out);
 void image_destroy(struct gpu *gpu, struct image *image);
+
+/* Vulkan objects of dermis' own, memory among them. */
+struct objects {
+    uint32_t made;
+    uint32_t live;
+};
+
+/* In place of vkGetInstanceProcAddr, for dermis; and what was counted since. */
+dm_function counting_loader(void *instance, const char *name);
+struct objects objects_of_dermis(void);
 
 /* A vertex of the skin. dermis writes position and normal; the rest stays as the host has put it. */
 struct vertex {
