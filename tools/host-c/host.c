@@ -316,6 +316,14 @@ static double save_picture(struct gpu *gpu, struct slot *slot, const struct scen
     return milliseconds() - start;
 }
 
+/* As `dermis render` takes them. */
+static void print_camera(const struct scene *scene)
+{
+    const float *eye = scene->view.eye, *target = scene->target;
+    printf("--size %ux%u --eye %.9g,%.9g,%.9g --target %.9g,%.9g,%.9g\n", PICTURE_SIZE, PICTURE_SIZE, eye[0], eye[1], eye[2],
+           target[0], target[1], target[2]);
+}
+
 int main(int count, char **words)
 {
     const struct arguments arguments = parse(count, words);
@@ -351,6 +359,7 @@ int main(int count, char **words)
     scene_destroy(&gpu, &scene);
     unload(&gpu, &character);
     gpu_destroy(&gpu);
+    print_camera(&scene);
     printf("%u frames of %u vertices, %.2f ms a frame; dermis used %llu bytes of device memory in %u objects, made %u more "
            "during the frames, and left none\n",
            arguments.frames, character.info.vertices, took / arguments.frames, (unsigned long long)memory.total,
