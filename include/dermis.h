@@ -480,7 +480,11 @@ typedef struct dm_output_desc {
     uint32_t stages;
     /* VkAccessFlags of these. */
     uint32_t access;
-    /* Queue family to which the buffer is released after every frame, which acquires it there; DM_SAME_FAMILY for none. */
+    /*
+     Queue family that the buffer is released to after every frame, one of the device's or VK_QUEUE_FAMILY_EXTERNAL;
+     DM_SAME_FAMILY for none. The host acquires it there, and before the next frame releases it there and acquires it for the
+     context's family: what the frame does not write is lost otherwise.
+     */
     uint32_t queue_family;
     /* 0. */
     uint32_t reserved;
@@ -934,8 +938,8 @@ dm_result dm_deformer_restore(struct dm_deformer deformer,
  Threads: any. Submits nothing.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
- context; DM_ERROR_ARGUMENT where the vertices do not fit or on the CPU; DM_ERROR_MEMORY for a buffer longer than a shader
- can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+ context; DM_ERROR_ARGUMENT where the vertices do not fit, for a queue family that the device has not, or on the CPU;
+ DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
 
  Pointers:
  desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.

@@ -8,6 +8,7 @@ mod host_device;
 mod misuse;
 mod raw;
 mod skin;
+mod release;
 mod symbols;
 
 use std::{
