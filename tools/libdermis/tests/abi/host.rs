@@ -16,9 +16,10 @@ use crate::{
     last_error, no_gpu, raw,
 };
 
-/// Functions that need a host's device, swept here.
-pub(crate) const HOST_CALLS: [&str; 5] = [
+/// Functions that need a device, swept here and, dm_devices, in `tells`.
+pub(crate) const HOST_CALLS: [&str; 6] = [
     "dm_context_adopt",
+    "dm_devices",
     "dm_frame_record",
     "dm_output_create",
     "dm_output_destroy",
@@ -71,7 +72,6 @@ pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
     }
 }
 
-/// A context on the host's device, the arm, and a deformer.
 fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
     arm_of(&desc(host))
 }
