@@ -92,6 +92,12 @@
 /* Curve: through the three points that are given with it. */
 #define DM_CURVE_POINTS 5
 
+/* Form of a profile: straight segments. */
+#define DM_PROFILE_POLYLINE 0
+
+/* Form of a profile: a uniform cubic B-spline from the first point to the last; a point given three times is a corner. */
+#define DM_PROFILE_SPLINE 1
+
 /* Number of frames that may be on the device at once: frame slots are below it. */
 #define DM_FRAME_SLOTS 2
 
@@ -232,6 +238,25 @@ typedef struct dm_memory {
  */
 typedef void (*dm_allocation_report)(void *user, const char *class_name, const char *name, uint64_t bytes);
 
+/* A device, as dm_devices reports it. Text is valid during the call only. */
+typedef struct dm_device_info {
+    /* sizeof(dm_device_info), set by dermis. */
+    uint32_t size;
+    /* Row in Vulkan's order, which dm_context_desc.device takes as text. */
+    uint32_t index;
+    /* Name that the driver gives. */
+    const char *name;
+    /* Driver and its version. */
+    const char *driver;
+    /* Vulkan version, as major.minor.patch. */
+    const char *api;
+    /* "discrete", "integrated", "virtual", "cpu" or "other". */
+    const char *kind;
+} dm_device_info;
+
+/* Receives one device of dm_devices: the user pointer and what there is to know, valid during the call only. */
+typedef void (*dm_device_report)(void *user, const struct dm_device_info *device);
+
 /* Any function; to be cast to its own type. */
 typedef void (*dm_function)(void);
 
@@ -301,7 +326,68 @@ typedef struct dm_joint_options {
     float opening_points[6];
     /* Three pairs of cosine, rising, and depth from 0 (union) to 1, for DM_CURVE_POINTS. */
     float controller_points[6];
+    /*
+     How abruptly the opening changes between its first two and its last two points, for DM_CURVE_POINTS: exponents above 0;
+     0 for 1.
+     */
+    float opening_exponents[2];
+    /* The same for the depth. */
+    float controller_exponents[2];
 } dm_joint_options;
+
+/*
+ A profile curve: where the composite of two fields is 0.5, at some depths of their contact. Points are pairs of field values
+ from 0 to 1; every level has as many of them.
+ */
+typedef struct dm_profile {
+    /* sizeof(dm_profile). */
+    uint32_t size;
+    /* DM_PROFILE_POLYLINE or DM_PROFILE_SPLINE: how the points of a surface are joined. */
+    uint32_t form;
+    /* Number of levels. */
+    uint32_t levels;
+    /* Control points of the surface at each level. */
+    uint32_t surface_points;
+    /* Points of the contact line at each level; 0 where nothing touches. */
+    uint32_t contact_points;
+    /* Depth of contact of each level, ascending from 0 to 1. */
+    const double *depths;
+    /* Surfaces, 2 numbers a point, level by level, each from (0, 0.5) to (0.5, 0). */
+    const double *surfaces;
+    /* Contact lines, 2 numbers a point, level by level, each from the surface inward; not read without points. */
+    const double *contacts;
+} dm_profile;
+
+/* An ellipsoid that a joint carries and that swells with the bend of another, such as a muscle. */
+typedef struct dm_primitive {
+    /* sizeof(dm_primitive). */
+    uint32_t size;
+    /* Half its thickness in the middle, in units of the mesh. */
+    float radius;
+    /* Unique name, in UTF-8. */
+    const char *name;
+    /* Name of the joint that carries it. */
+    const char *joint;
+    /* Name of the joint whose bend swells it: the angle of its rotation against its parent since rest. */
+    const char *driver;
+    /* One end of its axis, from the joint's origin along the joint's axes, in units of the mesh. */
+    float start[3];
+    /* The other end. */
+    float end[3];
+    /* From the first bend to the second, rising from 0 to 180 degrees, it goes from the first scale to the second. */
+    float degrees[2];
+    /* Scales across its axis. */
+    float scale[2];
+    /* Scale along its axis at the second bend, from 1 at the first; 0 for 1. */
+    float along;
+} dm_primitive;
+
+/*
+ Receives how far a preparation is: the user pointer, what is being done, valid during the call only, and items done of all.
+
+ Any thread may call it, one at a time. It must return: neither throw nor jump, and not call dermis. NULL for none.
+ */
+typedef void (*dm_progress)(void *user, const char *stage, uint64_t done, uint64_t total);
 
 /* How a character is prepared; dm_rig_options_default fills it. */
 typedef struct dm_rig_options {
@@ -317,12 +403,26 @@ typedef struct dm_rig_options {
     uint32_t joint_count;
     /* Joints that have other than the defaults; may be NULL where there are none. */
     const struct dm_joint_options *joints;
-    /* Path of a profile curve as JSON, for DM_OPERATOR_PROFILE; may be NULL. */
-    const char *profile;
-    /* Path of extra primitives (muscles) as JSON; may be NULL. */
-    const char *primitives;
+    /* The profile curve of DM_OPERATOR_PROFILE; may be NULL. */
+    const struct dm_profile *profile;
+    /* Path of a profile curve as JSON, in place of profile; may be NULL. */
+    const char *profile_file;
+    /* Extra primitives (muscles); may be NULL where there are none. */
+    const struct dm_primitive *primitives;
+    /* Path of extra primitives as JSON, in place of primitives; may be NULL. */
+    const char *primitive_file;
+    /* Number of primitives. */
+    uint32_t primitive_count;
+    /* Number of parts. */
+    uint32_t part_count;
+    /* Joint whose part each vertex belongs to, one for each of dm_rig_info.vertices; NULL for that of its greatest weight. */
+    const uint16_t *parts;
     /* Folder that keeps preparations, which then take milliseconds the next time; may be NULL. */
     const char *cache;
+    /* Receives how far the preparation is; may be NULL. */
+    dm_progress progress;
+    /* First argument of progress. */
+    void *progress_user;
 } dm_rig_options;
 
 /* A character, prepared once; immutable, and independent of contexts. Zero is no rig. */
@@ -363,6 +463,8 @@ typedef struct dm_mesh_desc {
     const uint16_t *joint_indices;
     /* Their weights, not negative; they are scaled to sum 1 where they do not. */
     const float *weights;
+    /* How rigidly each vertex follows its joint in tracking, from 0 (free) to 1; NULL for 0. */
+    const float *rigid;
 } dm_mesh_desc;
 
 /* Numbers of a rig. */
@@ -382,6 +484,16 @@ typedef struct dm_rig_info {
     /* Animation clips of the file. */
     uint32_t clips;
 } dm_rig_info;
+
+/* A joint of a rig. */
+typedef struct dm_joint_info {
+    /* sizeof(dm_joint_info), set by the caller. */
+    uint32_t size;
+    /* Row of its parent, always smaller than its own; UINT32_MAX for a root. */
+    uint32_t parent;
+    /* Bind matrix: joint space to rest space, column-major. */
+    float bind[16];
+} dm_joint_info;
 
 /* How a deformer works. Fill it by dm_settings_default and change what is to differ: zeros are no defaults. */
 typedef struct dm_settings {
@@ -480,7 +592,11 @@ typedef struct dm_output_desc {
     uint32_t stages;
     /* VkAccessFlags of these. */
     uint32_t access;
-    /* Queue family to which the buffer is released after every frame, which acquires it there; DM_SAME_FAMILY for none. */
+    /*
+     Queue family that the buffer is released to after every frame, one of the device's or VK_QUEUE_FAMILY_EXTERNAL;
+     DM_SAME_FAMILY for none. The host acquires it there, and before the next frame releases it there and acquires it for the
+     context's family: what the frame does not write is lost otherwise.
+     */
     uint32_t queue_family;
     /* 0. */
     uint32_t reserved;
@@ -533,7 +649,30 @@ typedef struct dm_timings {
     uint64_t stamp_ns;
     /* On the CPU: what the last dm_deformer_advance took to record and submit, or on the CPU to compute. */
     uint64_t record_ns;
+    /* Frames in a row of which each times some of the passes and all together every one; 0 where it is not measured. */
+    uint32_t turns;
+    /* Always 0. */
+    uint32_t reserved;
 } dm_timings;
+
+/* When one pass of a frame ran, as dm_deformer_passes reports it. Text is valid during the call only. */
+typedef struct dm_pass_timing {
+    /* sizeof(dm_pass_timing), set by dermis. */
+    uint32_t size;
+    /* Steps that ran in this time, one after the other. */
+    uint32_t steps;
+    /* Name of the pass; "fill" and "copy" for transfers. */
+    const char *name;
+    /* Finer label of the first step; the name where it has none. */
+    const char *label;
+    /* Begin, nanoseconds on the device's clock. */
+    uint64_t begin_ns;
+    /* End, nanoseconds on the device's clock, without the timestamp that tells it. */
+    uint64_t end_ns;
+} dm_pass_timing;
+
+/* Receives one pass of dm_deformer_passes: the user pointer and when it ran, valid during the call only. */
+typedef void (*dm_pass_report)(void *user, const struct dm_pass_timing *pass);
 
 #ifdef __cplusplus
 extern "C" {
@@ -612,6 +751,23 @@ dm_result dm_context_memory(struct dm_context context, struct dm_memory *out);
 dm_result dm_context_allocations(struct dm_context context,
                                  dm_allocation_report report,
                                  void *user);
+
+/*
+ Reports every device that a context can be made on, in Vulkan's order.
+
+ report: called once each with user, during this call and on this thread; it may call dermis. It must return: neither throw
+ nor jump.
+
+ Threads: any. Takes milliseconds.
+
+ Returns DM_OK; DM_ERROR_NULL where report is; DM_ERROR_NO_DEVICE without a loader or a device that fits; DM_ERROR_VULKAN or
+ DM_ERROR_MEMORY where the driver fails.
+
+ Pointers:
+ report is NULL or a function that may be called with user.
+ */
+dm_result dm_devices(dm_device_report report,
+                     void *user);
 
 /*
  Asks what dermis can make use of on a device, before the host creates it. Creates nothing.
@@ -813,6 +969,59 @@ dm_result dm_rig_pose_local(struct dm_rig rig,
                             size_t count);
 
 /*
+ Tells parent and bind matrix of a joint. A pose's matrix of the joint is where it is now times the inverse of this.
+
+ joint: row of the joint, less than dm_rig_info.joints. out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for a row that the rig
+ has not.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_rig_joint_info(struct dm_rig rig,
+                            uint32_t joint,
+                            struct dm_joint_info *out);
+
+/*
+ Tells the name of a clip, in UTF-8.
+
+ clip: row of the clip, less than dm_rig_info.clips. out, bytes and needed: as in dm_rig_joint_name.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for a clip that the rig has not;
+ DM_ERROR_SIZE where there is not enough room, with needed written.
+
+ Pointers:
+ out is NULL or has room for bytes; needed is NULL or valid.
+ */
+dm_result dm_rig_clip_name(struct dm_rig rig,
+                           uint32_t clip,
+                           char *out,
+                           size_t bytes,
+                           size_t *needed);
+
+/*
+ Goes from one pose to another: every joint turns along the shortest arc in its parent's frame, its place and scale change
+ evenly.
+
+ a, b: poses as dm_deformer_advance takes them, 16 numbers a joint. t: from 0, which gives a, to 1, which gives b.
+ matrices: array of the caller, as long; may be the same array as a or b. count: matrices in each, exactly
+ dm_rig_info.joints.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is
+ not finite, not affine or has no inverse; DM_ERROR_ARGUMENT for a t out of its range.
+
+ Pointers:
+ a and b are NULL or have 16 times count numbers; matrices is NULL or has room for as many.
+ */
+dm_result dm_rig_pose_interpolate(struct dm_rig rig,
+                                  const float *a,
+                                  const float *b,
+                                  float t,
+                                  float *matrices,
+                                  size_t count);
+
+/*
  Makes an instance of a rig in a context, at rest: uploads it and samples its fields on the device.
 
  settings: NULL for the defaults; copied. out: receives the handle, which is the caller's to destroy. The deformer keeps
@@ -861,6 +1070,15 @@ dm_result dm_deformer_destroy(struct dm_deformer deformer);
 dm_result dm_deformer_advance(struct dm_deformer deformer,
                               const float *matrices,
                               size_t count);
+
+/*
+ Waits until the last pose is deformed.
+
+ Threads: any.
+
+ Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+ */
+dm_result dm_deformer_wait(struct dm_deformer deformer);
 
 /*
  Reads the last skin; waits for it. Before the first pose its content is undefined.
@@ -934,8 +1152,8 @@ dm_result dm_deformer_restore(struct dm_deformer deformer,
  Threads: any. Submits nothing.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
- context; DM_ERROR_ARGUMENT where the vertices do not fit or on the CPU; DM_ERROR_MEMORY for a buffer longer than a shader
- can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+ context; DM_ERROR_ARGUMENT where the vertices do not fit, for a queue family that the device has not, or on the CPU;
+ DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
 
  Pointers:
  desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.
@@ -1012,6 +1230,24 @@ dm_result dm_deformer_iterations(struct dm_deformer deformer, struct dm_iteratio
  out is NULL or valid.
  */
 dm_result dm_deformer_timings(struct dm_deformer deformer, struct dm_timings *out);
+
+/*
+ Reports when the passes of the last frame that is complete ran on the device, in their order; none where times are not
+ measured. Each frame times some of the passes, so that timing costs little: dm_timings.turns frames in a row have them all.
+
+ report: called once each with user, during this call and on this thread; no object is locked meanwhile, so that it may
+ call dermis. It must return: neither throw nor jump.
+
+ Threads: any. Does not wait for the device.
+
+ Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+
+ Pointers:
+ report is NULL or a function that may be called with user.
+ */
+dm_result dm_deformer_passes(struct dm_deformer deformer,
+                             dm_pass_report report,
+                             void *user);
 
 /*
  Fills settings with the defaults, those that NULL in their place has: the papers', or what measured best.

@@ -40,23 +40,34 @@ has_shader_tools() {
     command -v cmake >/dev/null && command -v c++ >/dev/null && command -v python3 >/dev/null
 }
 
+# A compiler with its sanitizers, what builds by cmake, shaders, Vulkan's headers.
+has_host_tools() {
+    command -v cmake >/dev/null && command -v make >/dev/null && command -v pkg-config >/dev/null &&
+        command -v glslangValidator >/dev/null && has_vulkan_headers && has_sanitizers
+}
+
+has_vulkan_headers() { [ -e /usr/include/vulkan/vulkan.h ] || pkg-config --exists vulkan || [ -n "${VULKAN_SDK:-}" ]; }
+
+has_sanitizers() { echo 'int main(void) { return 0; }' | cc -x c -fsanitize=address,undefined -o /dev/null - 2>/dev/null; }
+
 # need_rust: Rust is not installed for anybody; its own installer is the way.
 need_rust() {
     [ -f "$HOME/.cargo/env" ] && . "$HOME/.cargo/env"
     has_rust || die "Rust is missing: see https://rustup.rs, then run this again."
 }
 
-# missing_packages [validation] [cpp] [shaders]: names of the packages to install for building, and for what is named.
+# missing_packages [validation] [cpp] [host] [shaders]: names of the packages to install for building, and for what is named.
 missing_packages() {
     has_linker || echo gcc libc6-dev
     has_loader || echo libvulkan1
     has_driver || echo mesa-vulkan-drivers
     case " $* " in *" validation "*) has_validation || echo vulkan-validationlayers ;; esac
     case " $* " in *" cpp "*) command -v c++ >/dev/null || echo g++ ;; esac
+    case " $* " in *" host "*) has_host_tools || echo gcc libc6-dev cmake make pkg-config glslang-tools libvulkan-dev ;; esac
     case " $* " in *" shaders "*) has_shader_tools || echo cmake g++ python3 ;; esac
 }
 
-# need_packages [validation] [cpp] [shaders]: installs what is missing.
+# need_packages [validation] [cpp] [host] [shaders]: installs what is missing.
 need_packages() {
     local missing
     missing=$(missing_packages "$@" | tr '\n' ' ')

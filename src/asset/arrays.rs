@@ -25,6 +25,8 @@ pub struct Arrays {
     pub joints: Vec<ArrayJoint>,
     /// Weights of each position in any order, a joint more than once allowed; empty where there are none.
     pub influences: Vec<Vec<Influence>>,
+    /// How rigidly each position follows its joint in tracking, from 0 (free) to 1; empty for 0.
+    pub rigid: Vec<f32>,
 }
 
 /// A joint of [`Arrays`].
@@ -71,6 +73,7 @@ impl Model {
             triangles: 0..arrays.triangles.len(),
             base_color: [1.0; 4],
         }];
+        model.rigid = arrays.rigid;
         model.positions = arrays.positions;
         model.triangles = arrays.triangles;
         Ok(model)
@@ -87,6 +90,12 @@ fn check_mesh(arrays: &Arrays) -> Result<()> {
     }
     one_a_vertex("normals", arrays.normals.len(), rows)?;
     one_a_vertex("influences", arrays.influences.len(), rows)?;
+    one_a_vertex("rigid", arrays.rigid.len(), rows)?;
+    let outside = |x: &f32| !(0.0..=1.0).contains(x);
+    if let Some(bad) = arrays.rigid.iter().position(outside) {
+        let reason = format!("row {bad} is {}, not in 0 to 1", arrays.rigid[bad]);
+        return Err(Error::argument("rigid", reason));
+    }
     finite("positions", &arrays.positions)?;
     finite("normals", &arrays.normals)?;
     let outside = |t: &[u32; 3]| t.iter().any(|v| *v as usize >= rows);
@@ -215,6 +224,7 @@ mod tests {
                 vec![influence(1, 1.0), influence(1, 1.0), influence(0, 0.0)],
                 vec![influence(0, 0.0)],
             ],
+            rigid: Vec::new(),
         }
     }
 

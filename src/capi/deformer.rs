@@ -150,6 +150,18 @@ pub unsafe extern "C" fn dm_deformer_advance(
     })
 }
 
+/// Waits until the last pose is deformed.
+///
+/// Threads: any.
+///
+/// Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+#[unsafe(no_mangle)]
+pub extern "C" fn dm_deformer_wait(deformer: dm_deformer) -> dm_result {
+    guard("dm_deformer_wait", || {
+        with(deformer, |instance| Ok(instance.deformer.wait()?))
+    })
+}
+
 /// Reads the last skin; waits for it. Before the first pose its content is undefined.
 ///
 /// skin: where to put it; the arrays are the caller's.

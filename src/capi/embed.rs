@@ -52,7 +52,9 @@ pub struct dm_output_desc {
     pub stages: u32,
     /// VkAccessFlags of these.
     pub access: u32,
-    /// Queue family to which the buffer is released after every frame, which acquires it there; DM_SAME_FAMILY for none.
+    /// Queue family that the buffer is released to after every frame, one of the device's or VK_QUEUE_FAMILY_EXTERNAL;
+    /// DM_SAME_FAMILY for none. The host acquires it there, and before the next frame releases it there and acquires it for the
+    /// context's family: what the frame does not write is lost otherwise.
     pub queue_family: u32,
     /// 0.
     pub reserved: u32,
@@ -74,8 +76,8 @@ pub(super) struct HostOutput {
 /// Threads: any. Submits nothing.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
-/// context; DM_ERROR_ARGUMENT where the vertices do not fit or on the CPU; DM_ERROR_MEMORY for a buffer longer than a shader
-/// can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+/// context; DM_ERROR_ARGUMENT where the vertices do not fit, for a queue family that the device has not, or on the CPU;
+/// DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
 ///
 /// # Safety
 /// desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.

@@ -48,6 +48,8 @@ pub struct dm_mesh_desc {
     pub joint_indices: *const u16,
     /// Their weights, not negative; they are scaled to sum 1 where they do not.
     pub weights: *const f32,
+    /// How rigidly each vertex follows its joint in tracking, from 0 (free) to 1; NULL for 0.
+    pub rigid: *const f32,
 }
 
 structs!(dm_mesh_desc);
@@ -74,6 +76,11 @@ pub(super) unsafe fn model(desc: *const dm_mesh_desc) -> Outcome<Model> {
             triangles: pointer::array(desc.indices.cast(), triangles, "desc.indices")?,
             joints: joints(&desc)?,
             influences: influences(&desc)?,
+            rigid: if desc.rigid.is_null() {
+                Vec::new()
+            } else {
+                pointer::array(desc.rigid, vertices, "desc.rigid")?
+            },
         }
     };
     Ok(Model::from_arrays(arrays)?)

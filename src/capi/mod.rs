@@ -14,11 +14,14 @@ mod log;
 mod pointer;
 
 mod context;
+mod devices;
 mod vulkan;
 
 mod mesh;
 mod options;
 mod rig;
+mod shapes;
+mod skeleton;
 
 mod deformer;
 mod embed;
@@ -27,6 +30,7 @@ mod settings;
 
 pub use context::*;
 pub use deformer::*;
+pub use devices::*;
 pub use embed::*;
 pub use guard::*;
 pub use handle::*;
@@ -36,6 +40,8 @@ pub use options::*;
 pub use report::*;
 pub use rig::*;
 pub use settings::*;
+pub use shapes::*;
+pub use skeleton::*;
 pub use vulkan::*;
 
 /// Version of this interface; dm_context_desc has the one that a program was compiled with.

@@ -1,14 +1,20 @@
 //! What a caller may choose about a preparation.
 
-use std::{ffi::c_char, path::PathBuf};
+use std::{
+    ffi::{c_char, c_void},
+    path::PathBuf,
+    sync::Mutex,
+};
 
 use super::{
-    guard::{Fault, Outcome, dm_result, guard},
+    guard::{Fault, Outcome, c_text, dm_result, guard},
     pointer::{self, structs},
+    shapes::{self, dm_primitive, dm_profile},
 };
 use crate::{
     asset::Model,
     compose::{Controller, OpeningCurve, Operator, Profile},
+    report::Progress,
     rig::{Options, Primitive, Rig, Skeleton},
 };
 
@@ -61,7 +67,18 @@ pub struct dm_joint_options {
     pub opening_points: [f32; 6],
     /// Three pairs of cosine, rising, and depth from 0 (union) to 1, for DM_CURVE_POINTS.
     pub controller_points: [f32; 6],
+    /// How abruptly the opening changes between its first two and its last two points, for DM_CURVE_POINTS: exponents above 0;
+    /// 0 for 1.
+    pub opening_exponents: [f32; 2],
+    /// The same for the depth.
+    pub controller_exponents: [f32; 2],
 }
+
+/// Receives how far a preparation is: the user pointer, what is being done, valid during the call only, and items done of all.
+///
+/// Any thread may call it, one at a time. It must return: neither throw nor jump, and not call dermis. NULL for none.
+pub type dm_progress =
+    Option<unsafe extern "C" fn(user: *mut c_void, stage: *const c_char, done: u64, total: u64)>;
 
 /// How a character is prepared; dm_rig_options_default fills it.
 #[repr(C)]
@@ -79,12 +96,26 @@ pub struct dm_rig_options {
     pub joint_count: u32,
     /// Joints that have other than the defaults; may be NULL where there are none.
     pub joints: *const dm_joint_options,
-    /// Path of a profile curve as JSON, for DM_OPERATOR_PROFILE; may be NULL.
-    pub profile: *const c_char,
-    /// Path of extra primitives (muscles) as JSON; may be NULL.
-    pub primitives: *const c_char,
+    /// The profile curve of DM_OPERATOR_PROFILE; may be NULL.
+    pub profile: *const dm_profile,
+    /// Path of a profile curve as JSON, in place of profile; may be NULL.
+    pub profile_file: *const c_char,
+    /// Extra primitives (muscles); may be NULL where there are none.
+    pub primitives: *const dm_primitive,
+    /// Path of extra primitives as JSON, in place of primitives; may be NULL.
+    pub primitive_file: *const c_char,
+    /// Number of primitives.
+    pub primitive_count: u32,
+    /// Number of parts.
+    pub part_count: u32,
+    /// Joint whose part each vertex belongs to, one for each of dm_rig_info.vertices; NULL for that of its greatest weight.
+    pub parts: *const u16,
     /// Folder that keeps preparations, which then take milliseconds the next time; may be NULL.
     pub cache: *const c_char,
+    /// Receives how far the preparation is; may be NULL.
+    pub progress: dm_progress,
+    /// First argument of progress.
+    pub progress_user: *mut c_void,
 }
 
 structs!(dm_joint_options, dm_rig_options);
@@ -97,8 +128,15 @@ const DEFAULT: dm_rig_options = dm_rig_options {
     joint_count: 0,
     joints: std::ptr::null(),
     profile: std::ptr::null(),
+    profile_file: std::ptr::null(),
     primitives: std::ptr::null(),
+    primitive_file: std::ptr::null(),
+    primitive_count: 0,
+    part_count: 0,
+    parts: std::ptr::null(),
     cache: std::ptr::null(),
+    progress: None,
+    progress_user: std::ptr::null_mut(),
 };
 
 /// Fills options with the defaults, those that NULL in their place has.
@@ -121,12 +159,43 @@ pub unsafe extern "C" fn dm_rig_options_default(out: *mut dm_rig_options) -> dm_
     })
 }
 
-/// The options as Rust has them, and the files that they name.
+/// The options as Rust has them, the files that they name, and who hears of the progress.
 #[derive(Default)]
 pub(super) struct Preparation {
     options: Options,
     primitives: Option<PathBuf>,
     cache: Option<PathBuf>,
+    progress: Listener,
+}
+
+/// Whom to tell how far a preparation is.
+#[derive(Default)]
+struct Listener(Option<Heard>);
+
+struct Heard {
+    call: unsafe extern "C" fn(*mut c_void, *const c_char, u64, u64),
+    user: Mutex<*mut c_void>,
+}
+
+// SAFETY: the caller's function may be called by any thread; the mutex lets one at a time.
+unsafe impl Sync for Heard {}
+
+impl Listener {
+    fn tell(&self, progress: Progress) {
+        let Some(heard) = &self.0 else { return };
+        let stage = c_text(progress.stage);
+        let user = heard.user.lock();
+        let user = user.unwrap_or_else(std::sync::PoisonError::into_inner);
+        // SAFETY: promised where the options were given; the text lives until the call returns.
+        unsafe {
+            (heard.call)(
+                *user,
+                stage.as_ptr(),
+                progress.done as u64,
+                progress.total as u64,
+            )
+        }
+    }
 }
 
 impl Preparation {
@@ -136,7 +205,7 @@ impl Preparation {
         if options.is_null() {
             return Ok(Self::default());
         }
-        // SAFETY: the caller's promise.
+        // SAFETY: the caller's promise, here and below.
         let given = unsafe { pointer::read(options, "options")? };
         if given.flags & !DM_RIG_HEAT_WEIGHTS != 0 {
             let reason = format!("{:#x} has unknown flags", given.flags);
@@ -152,32 +221,38 @@ impl Preparation {
             heat_weights: given.flags & DM_RIG_HEAT_WEIGHTS != 0,
             ..Options::default()
         };
-        if given.joint_count > 0 {
-            pointer::not_null(given.joints, "options.joints")?;
-        }
-        // SAFETY: the caller's promise, here and below.
-        let (profile, primitives, cache) = unsafe {
-            for row in 0..given.joint_count as usize {
+        let count = given.joint_count as usize;
+        // SAFETY: see above.
+        unsafe {
+            for row in 0..rows(given.joints, count, "options.joints")? {
                 add_joint(&mut options, given.joints.add(row))?;
             }
-            (
-                pointer::optional_path(given.profile, "options.profile")?,
-                pointer::optional_path(given.primitives, "options.primitives")?,
-                pointer::optional_path(given.cache, "options.cache")?,
-            )
-        };
-        if let Some(path) = profile {
-            if !options.joints.iter().any(|(_, o)| *o == Operator::Profile) {
-                let reason = "no joint has DM_OPERATOR_PROFILE";
-                return Err(Fault::argument("options.profile", reason));
+            let count = given.primitive_count as usize;
+            for row in 0..rows(given.primitives, count, "options.primitives")? {
+                let primitive = shapes::primitive(given.primitives.add(row))?;
+                options.primitives.push(primitive);
             }
-            options.profile = Some(Profile::read(&path)?);
+            let count = given.part_count as usize;
+            if rows(given.parts, count, "options.parts")? > 0 {
+                options.part = Some(pointer::array(given.parts, count, "options.parts")?);
+            }
+            options.profile = curve(&given)?;
+            let primitives =
+                pointer::optional_path(given.primitive_file, "options.primitive_file")?;
+            if primitives.is_some() && !options.primitives.is_empty() {
+                return Err(twice("options.primitive_file"));
+            }
+            check_profile(&options)?;
+            Ok(Self {
+                options,
+                primitives,
+                cache: pointer::optional_path(given.cache, "options.cache")?,
+                progress: Listener(given.progress.map(|call| Heard {
+                    call,
+                    user: Mutex::new(given.progress_user),
+                })),
+            })
         }
-        Ok(Self {
-            options,
-            primitives,
-            cache,
-        })
     }
 
     pub(super) fn prepare(mut self, model: &Model) -> Outcome<Rig> {
@@ -187,12 +262,51 @@ impl Preparation {
             Primitive::check(&list, &skeleton).map_err(|e| e.in_file(file))?;
             self.options.primitives = list;
         }
+        let tell = |progress| self.progress.tell(progress);
         let rig = match &self.cache {
-            Some(dir) => Rig::prepare_cached(dir, model, &self.options, &|_| {}),
-            None => Rig::prepare(model, &self.options, &|_| {}),
+            Some(dir) => Rig::prepare_cached(dir, model, &self.options, &tell),
+            None => Rig::prepare(model, &self.options, &tell),
         };
         Ok(rig?)
     }
+}
+
+/// The number of rows of an array that is NULL only where it has none.
+fn rows<T>(pointer: *const T, count: usize, name: &str) -> Outcome<usize> {
+    if count > 0 {
+        pointer::not_null(pointer, name)?;
+    }
+    Ok(count)
+}
+
+/// The profile curve, from memory or from a file.
+///
+/// # Safety
+/// `given` is valid with all that it points to.
+unsafe fn curve(given: &dm_rig_options) -> Outcome<Option<Profile>> {
+    // SAFETY: the caller's promise, here and below.
+    let file = unsafe { pointer::optional_path(given.profile_file, "options.profile_file")? };
+    match (given.profile.is_null(), file) {
+        (true, None) => Ok(None),
+        (true, Some(file)) => Ok(Some(Profile::read(&file)?)),
+        // SAFETY: see above.
+        (false, None) => unsafe { shapes::profile(given.profile).map(Some) },
+        (false, Some(_)) => Err(twice("options.profile_file")),
+    }
+}
+
+fn twice(name: &str) -> Fault {
+    Fault::argument(name, "the same is given in memory, too")
+}
+
+/// A profile that no joint asks for is a mistake.
+fn check_profile(options: &Options) -> Outcome {
+    let asked = options.joints.iter().any(|(_, o)| *o == Operator::Profile);
+    if options.profile.is_some() && !asked {
+        let reason = "no joint has DM_OPERATOR_PROFILE";
+        return Err(Fault::argument("options.profile", reason));
+    }
+    Ok(())
 }
 
 /// # Safety
@@ -219,7 +333,8 @@ unsafe fn add_joint(options: &mut Options, joint: *const dm_joint_options) -> Ou
         DM_CURVE_FINGER => Some(OpeningCurve::finger()),
         DM_CURVE_POINTS => {
             let points = pairs(&given.opening_points);
-            Some(OpeningCurve::new(points, [1.0; 2])?)
+            let exponents = exponents(given.opening_exponents);
+            Some(OpeningCurve::new(points, exponents)?)
         }
         other => return Err(unknown("opening", &name, other)),
     };
@@ -231,7 +346,8 @@ unsafe fn add_joint(options: &mut Options, joint: *const dm_joint_options) -> Ou
         DM_CURVE_NEVER => Some(Controller::never()),
         DM_CURVE_POINTS => {
             let points = pairs(&given.controller_points);
-            Some(Controller::new(points, [1.0; 2])?)
+            let exponents = exponents(given.controller_exponents);
+            Some(Controller::new(points, exponents)?)
         }
         other => return Err(unknown("controller", &name, other)),
     };
@@ -251,4 +367,8 @@ fn unknown(member: &str, joint: &str, value: u32) -> Fault {
 
 fn pairs(x: &[f32; 6]) -> [(f32, f32); 3] {
     [(x[0], x[1]), (x[2], x[3]), (x[4], x[5])]
+}
+
+fn exponents(given: [f32; 2]) -> [f32; 2] {
+    given.map(|x| if x == 0.0 { 1.0 } else { x })
 }

@@ -12,7 +12,7 @@ use super::{
     pointer::{self, structs},
 };
 use crate::{
-    asset::{self, Model},
+    asset::{self, Clip, Model},
     rig::{Pose, Rig},
 };
 
@@ -47,6 +47,13 @@ pub(super) struct Character {
 impl Character {
     fn joints(&self) -> usize {
         self.rig.skeleton.joints.len()
+    }
+
+    pub(super) fn clip(&self, row: u32) -> Outcome<&Clip> {
+        let clips = &self.model.clips;
+        let reason = || format!("{row} given, the rig has {}", clips.len());
+        let clip = clips.get(row as usize);
+        clip.ok_or_else(|| Fault::argument("clip", reason()))
     }
 }
 
@@ -241,13 +248,7 @@ pub unsafe extern "C" fn dm_rig_indices(rig: dm_rig, out: *mut u32, count: usize
 pub unsafe extern "C" fn dm_rig_clip_seconds(rig: dm_rig, clip: u32, out: *mut f32) -> dm_result {
     guard("dm_rig_clip_seconds", || {
         pointer::not_null(out, "out")?;
-        let seconds = handle::with(rig, |c| match c.model.clips.get(clip as usize) {
-            Some(clip) => Ok(clip.seconds),
-            None => Err(Fault::argument(
-                "clip",
-                format!("{clip} given, the rig has {}", c.model.clips.len()),
-            )),
-        })?;
+        let seconds = handle::with(rig, |c| Ok(c.clip(clip)?.seconds))?;
         // SAFETY: not NULL; the caller's promise.
         unsafe { pointer::put(out, seconds) };
         Ok(())

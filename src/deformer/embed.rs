@@ -95,8 +95,8 @@ impl Deformer {
     /// A buffer of the host's ([`Gpu::host_buffer`](crate::gpu::Gpu::host_buffer)) that [`Deformer::record`] fills, a vertex a row of the file, and to whom it is handed over.
     ///
     /// # Errors
-    /// [`Error::Argument`] on the CPU, for a layout that does not fit into the buffer, and for one of another device; Vulkan
-    /// errors.
+    /// [`Error::Argument`] on the CPU, for a layout that does not fit into the buffer, for one of another device, and for a queue
+    /// family that the device has not; Vulkan errors.
     pub fn output(
         &self,
         buffer: &Buffer,
@@ -107,6 +107,7 @@ impl Deformer {
             return Err(no_commands());
         };
         let constants = layout.constants(self.statics.sizes.rows, buffer.bytes())?;
+        m.gpu.check_handover(handover)?;
         let mut builder = FrameBuilder::new(&m.gpu, "output");
         builder
             .pass(&pass::output::DECLARATION)

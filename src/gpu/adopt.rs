@@ -5,7 +5,7 @@ use std::{ffi::CStr, sync::Arc};
 use ash::vk;
 
 use super::{
-    Buffer, Features, Gpu, GpuOptions,
+    Buffer, Features, Gpu, GpuOptions, Handover,
     features::Offer,
     instance::Instance,
     physical::Physical,
@@ -99,6 +99,22 @@ impl Gpu {
     pub unsafe fn host_buffer(&self, raw: vk::Buffer, name: &str, bytes: u64) -> Result<Buffer> {
         // SAFETY: promised by the caller.
         unsafe { Buffer::of_host(&self.shared, raw, name, bytes) }
+    }
+
+    /// Refuses a queue family that no buffer can be released to, since the device has no such family.
+    pub(crate) fn check_handover(&self, to: &Handover) -> Result<()> {
+        let physical = self.shared.physical.raw;
+        let raw = &self.shared.instance.raw;
+        // SAFETY: the physical device is of this instance, which is alive.
+        let families = unsafe { raw.get_physical_device_queue_family_properties(physical) };
+        let beyond = [vk::QUEUE_FAMILY_EXTERNAL, vk::QUEUE_FAMILY_FOREIGN_EXT];
+        match to.family {
+            Some(family) if family as usize >= families.len() && !beyond.contains(&family) => {
+                let reason = format!("{family} given, the device has {}", families.len());
+                Err(Error::argument("queue family", reason))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What a host that creates its own device may turn on for dermis. Besides, `timelineSemaphore` has to be on.

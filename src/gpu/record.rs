@@ -52,7 +52,8 @@ pub struct Handover {
     pub stages: vk::PipelineStageFlags,
     /// Accesses of these.
     pub access: vk::AccessFlags,
-    /// Queue family that it is released to; none where the same family goes on. The host acquires it there.
+    /// Queue family that it is released to; none where the same family goes on. The host acquires it there, and has released it
+    /// from there and acquired it for dermis' family before the next frame: what the frame does not write is lost otherwise.
     pub family: Option<u32>,
 }
 

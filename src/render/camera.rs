@@ -180,11 +180,29 @@ impl Camera {
             target,
             up,
             projection: fit.projection,
-            depth: (
-                (distance - 8.0 * radius).max(distance * 0.02),
-                distance + 8.0 * radius,
-            ),
+            depth: depth(distance, radius),
         }
+    }
+
+    /// A camera at `eye` that looks at `target`, with y up in the picture and the lens of [`Projection::default`]. It sees
+    /// what is within `bounds`, in front of it.
+    ///
+    /// Fails where a point is not finite, or the two are one point or straight above each other.
+    pub fn standing(eye: Vec3, target: Vec3, bounds: &Bounds) -> Result<Self> {
+        let back = (eye - target).normalize_or_zero();
+        if !eye.is_finite() || !target.is_finite() || back.cross(Vec3::Y).length() < 1e-3 {
+            let reason = format!("from {eye} at {target} no picture is upright");
+            return Err(Error::argument("camera", reason));
+        }
+        let centre = bounds.centre();
+        let (distance, radius) = (eye.distance(centre), bounds.radius(centre));
+        Ok(Self {
+            eye,
+            target,
+            up: Vec3::Y,
+            projection: Projection::default(),
+            depth: depth(distance, radius),
+        })
     }
 
     /// This camera carried `degrees` around its target, about the vertical axis, from +z towards +x.
@@ -222,6 +240,15 @@ impl Camera {
             .normalize_or(back.any_orthonormal_vector());
         [right, back.cross(right), back]
     }
+}
+
+/// Nearest and farthest visible distance for a cloud of this radius at this distance: wide, for what orbits or sticks out.
+fn depth(distance: f32, radius: f32) -> (f32, f32) {
+    let nearest = (0.02 * distance).max(1e-3 * radius);
+    (
+        (distance - 8.0 * radius).max(nearest),
+        distance + 8.0 * radius,
+    )
 }
 
 /// How a camera that looks along fixed axes at a fixed target sees a cloud of points whole.
@@ -332,6 +359,28 @@ mod tests {
         assert_eq!(side_of(View::Top, 0.0), (1.0, -1.0));
         assert_eq!(side_of(View::Front, 180.0), (-1.0, -1.0));
         assert_eq!(side_of(View::Top, 180.0), (-1.0, 1.0));
+    }
+
+    #[test]
+    fn a_camera_stands_where_it_is_told_to() {
+        let bounds = Bounds::of(&cloud());
+        let framed = Camera::framing(&bounds, View::ThreeQuarter, Projection::default(), 1.5);
+        let standing = Camera::standing(framed.eye, framed.target, &bounds).unwrap();
+        let (a, b) = (framed.clip_from_model(1.5), standing.clip_from_model(1.5));
+        for point in cloud() {
+            let (a, b) = (a.project_point3(point), b.project_point3(point));
+            assert!(a.truncate().distance(b.truncate()) < 1e-4, "{a} {b}");
+            assert!((0.0..=1.0).contains(&b.z));
+        }
+        let inside = Camera::standing(bounds.centre(), Vec3::ZERO, &bounds).unwrap();
+        assert!(inside.clip_from_model(1.0).is_finite());
+        for (eye, target) in [
+            (Vec3::Y, Vec3::ZERO),
+            (Vec3::X, Vec3::X),
+            (Vec3::NAN, Vec3::X),
+        ] {
+            assert!(Camera::standing(eye, target, &bounds).is_err());
+        }
     }
 
     #[test]

@@ -181,11 +181,12 @@ void buffer_destroy(struct gpu *gpu, struct buffer *buffer)
     vkFreeMemory(gpu->device, buffer->memory, NULL);
 }
 
-void image_create(struct gpu *gpu, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect, struct image *out)
+void image_create(struct gpu *gpu, VkFormat format, VkSampleCountFlagBits samples, VkImageUsageFlags usage,
+                  VkImageAspectFlags aspect, struct image *out)
 {
     VkImageCreateInfo info = {.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO, .imageType = VK_IMAGE_TYPE_2D, .format = format,
                               .extent = {PICTURE_SIZE, PICTURE_SIZE, 1}, .mipLevels = 1, .arrayLayers = 1,
-                              .samples = VK_SAMPLE_COUNT_1_BIT, .tiling = VK_IMAGE_TILING_OPTIMAL, .usage = usage};
+                              .samples = samples, .tiling = VK_IMAGE_TILING_OPTIMAL, .usage = usage};
     VkImageViewCreateInfo view = {.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO, .viewType = VK_IMAGE_VIEW_TYPE_2D,
                                   .format = format, .subresourceRange = {aspect, 0, 1, 0, 1}};
     VkMemoryRequirements needs;

@@ -2,14 +2,16 @@
  * A small engine that has dermis deform a character on its own Vulkan device, within its own command buffers, into its own
  * vertex buffer: what embedding takes, in the order in which it is to be done.
  *
- *     host-c [--frames N] [--method lbs|dqs|implicit|tracking] CHARACTER.glb OUT.png
+ *     host-c [--frames N] [--picture FRAME] [--method lbs|dqs|implicit|tracking] CHARACTER.glb OUT.png
  *
- * It plays the first clip at 30 frames a second and writes the last frame as a picture. With DERMIS_VALIDATION=1 in the
- * environment it runs under Vulkan's validation layers and fails where they say anything.
+ * It plays the first clip over and over at 30 frames a second and writes one frame, by default the last, as a picture. It
+ * fails where dermis leaves anything behind. With DERMIS_VALIDATION=1 in the environment it runs under Vulkan's validation
+ * layers and fails where they say anything.
  */
 
 #define _POSIX_C_SOURCE 199309L
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,6 +26,7 @@ struct arguments {
     const char *character;
     const char *picture;
     uint32_t frames;
+    uint32_t shown; /* the frame that the picture shows */
     uint32_t method;
 };
 
@@ -32,6 +35,7 @@ struct character {
     dm_context context;
     dm_rig rig;
     dm_rig_info info;
+    float clip_seconds;
     dm_deformer deformer;
     dm_output output;
     struct buffer vertices;
@@ -81,11 +85,13 @@ static uint32_t method_of(const char *name)
 
 static struct arguments parse(int count, char **words)
 {
-    struct arguments out = {NULL, NULL, 30, DM_IMPLICIT};
+    struct arguments out = {NULL, NULL, 30, UINT32_MAX, DM_IMPLICIT};
     int i;
     for (i = 1; i < count; i++) {
         if (!strcmp(words[i], "--frames") && i + 1 < count)
             out.frames = (uint32_t)strtoul(words[++i], NULL, 10);
+        else if (!strcmp(words[i], "--picture") && i + 1 < count)
+            out.shown = (uint32_t)strtoul(words[++i], NULL, 10);
         else if (!strcmp(words[i], "--method") && i + 1 < count)
             out.method = method_of(words[++i]);
         else if (!out.character)
@@ -95,8 +101,10 @@ static struct arguments parse(int count, char **words)
         else
             die("one argument too many: %s", words[i]);
     }
-    if (!out.picture || !out.frames)
-        die("usage: host-c [--frames N] [--method lbs|dqs|implicit|tracking] CHARACTER.glb OUT.png");
+    if (out.shown == UINT32_MAX)
+        out.shown = out.frames - 1;
+    if (!out.picture || out.shown >= out.frames)
+        die("usage: host-c [--frames N] [--picture FRAME] [--method lbs|dqs|implicit|tracking] CHARACTER.glb OUT.png");
     return out;
 }
 
@@ -107,12 +115,13 @@ static void on_log(void *user, int32_t level, const char *message)
         fprintf(stderr, "dermis: %s\n", message);
 }
 
-/* Lends the device to dermis. Handles of Vulkan are pointers, so they fit as they are. */
+/* Lends the device to dermis. Handles of Vulkan are pointers, so they fit as they are. An engine that does not want to know
+   what dermis makes passes vkGetInstanceProcAddr itself. */
 static dm_context adopt(const struct gpu *gpu)
 {
     dm_vulkan_desc desc = {.size = sizeof desc,
                            .api_version = DM_API_VERSION,
-                           .get_instance_proc_addr = (dm_get_instance_proc_addr)vkGetInstanceProcAddr,
+                           .get_instance_proc_addr = counting_loader,
                            .instance = gpu->instance,
                            .physical_device = gpu->physical,
                            .device = gpu->device,
@@ -160,6 +169,8 @@ static void load(struct gpu *gpu, const struct arguments *arguments, struct char
     DM(dm_rig_load(arguments->character, NULL, &out->rig));
     out->info.size = sizeof out->info;
     DM(dm_rig_get_info(out->rig, &out->info));
+    if (out->info.clips)
+        DM(dm_rig_clip_seconds(out->rig, 0, &out->clip_seconds));
     out->pose = malloc(sizeof *out->pose * 16 * out->info.joints);
     if (!out->pose)
         die("no memory for a pose");
@@ -170,17 +181,22 @@ static void load(struct gpu *gpu, const struct arguments *arguments, struct char
     DM(dm_rig_indices(out->rig, out->indices.mapped, corners));
 }
 
+static void on_allocation(void *user, const char *class_name, const char *name, uint64_t bytes)
+{
+    (void)user;
+    die("%s (%s, %llu bytes) is left", name, class_name, (unsigned long long)bytes);
+}
+
 /* Output before its buffer, and everything of dermis before the device; the order of the others does not matter. */
 static void unload(struct gpu *gpu, struct character *character)
 {
-    dm_memory memory = {.size = sizeof memory};
     DM(dm_output_destroy(character->output));
     DM(dm_deformer_destroy(character->deformer));
     DM(dm_rig_destroy(character->rig));
-    DM(dm_context_memory(character->context, &memory));
-    if (memory.total || memory.buffers)
-        die("%llu bytes are left", (unsigned long long)memory.total);
+    DM(dm_context_allocations(character->context, on_allocation, NULL)); /* nothing is left to be reported */
     DM(dm_context_destroy(character->context));
+    if (objects_of_dermis().live)
+        die("%u Vulkan objects of dermis are left", objects_of_dermis().live);
     buffer_destroy(gpu, &character->indices);
     buffer_destroy(gpu, &character->vertices);
     free(character->pose);
@@ -189,9 +205,12 @@ static void unload(struct gpu *gpu, struct character *character)
 /* A character without a clip stays at rest, where every matrix of a pose is the identity. */
 static void pose_at(struct character *character, uint32_t frame)
 {
+    float seconds = (float)frame / FRAMES_PER_SECOND;
     size_t i;
     if (character->info.clips) {
-        DM(dm_rig_pose_clip(character->rig, 0, (float)frame / FRAMES_PER_SECOND, character->pose, character->info.joints));
+        if (seconds > character->clip_seconds)
+            seconds = fmodf(seconds, character->clip_seconds);
+        DM(dm_rig_pose_clip(character->rig, 0, seconds, character->pose, character->info.joints));
         return;
     }
     for (i = 0; i < (size_t)character->info.joints * 16; i++)
@@ -273,9 +292,20 @@ static void frame(struct gpu *gpu, struct slot slots[SLOTS], struct scene *scene
     submit(gpu, slot);
 }
 
-static void save_picture(struct gpu *gpu, struct slot *slot, const struct scene *scene, const char *path)
+static double milliseconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
+
+/* Waits for the frame and writes its picture; tells the milliseconds that it takes, the wait aside. */
+static double save_picture(struct gpu *gpu, struct slot *slot, const struct scene *scene, const char *path)
 {
     struct buffer pixels;
+    double start;
+    VK(vkQueueWaitIdle(gpu->queue));
+    start = milliseconds();
     buffer_create(gpu, (VkDeviceSize)PICTURE_SIZE * PICTURE_SIZE * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, 1, &pixels);
     begin(gpu, slot);
     scene_copy(scene, slot->commands, pixels.buffer);
@@ -283,13 +313,15 @@ static void save_picture(struct gpu *gpu, struct slot *slot, const struct scene 
     VK(vkQueueWaitIdle(gpu->queue));
     png_write(path, pixels.mapped, PICTURE_SIZE, PICTURE_SIZE);
     buffer_destroy(gpu, &pixels);
+    return milliseconds() - start;
 }
 
-static double milliseconds(void)
+/* As `dermis render` takes them. */
+static void print_camera(const struct scene *scene)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+    const float *eye = scene->view.eye, *target = scene->target;
+    printf("--size %ux%u --eye %.9g,%.9g,%.9g --target %.9g,%.9g,%.9g\n", PICTURE_SIZE, PICTURE_SIZE, eye[0], eye[1], eye[2],
+           target[0], target[1], target[2]);
 }
 
 int main(int count, char **words)
@@ -299,6 +331,7 @@ int main(int count, char **words)
     struct scene scene;
     struct character character;
     struct slot slots[SLOTS];
+    struct objects objects;
     VkCommandPool pool;
     dm_memory memory = {.size = sizeof memory};
     double start, took;
@@ -308,21 +341,28 @@ int main(int count, char **words)
     load(&gpu, &arguments, &character);
     scene_create(&gpu, &scene);
     pool = create_slots(&gpu, slots);
-    aim(&scene, &character, arguments.frames - 1);
+    aim(&scene, &character, arguments.shown);
 
+    objects = objects_of_dermis();
     start = milliseconds();
-    for (number = 0; number < arguments.frames; number++)
+    for (number = 0; number < arguments.frames; number++) {
         frame(&gpu, slots, &scene, &character, number);
+        if (number == arguments.shown)
+            start += save_picture(&gpu, &slots[(number + 1) % SLOTS], &scene, arguments.picture);
+    }
     VK(vkQueueWaitIdle(gpu.queue));
     took = milliseconds() - start;
+    objects.made = objects_of_dermis().made - objects.made;
     DM(dm_context_memory(character.context, &memory));
-    save_picture(&gpu, &slots[number % SLOTS], &scene, arguments.picture);
 
     destroy_slots(&gpu, slots, pool);
     scene_destroy(&gpu, &scene);
     unload(&gpu, &character);
     gpu_destroy(&gpu);
-    printf("%u frames of %u vertices, %.2f ms a frame, %llu bytes of device memory\n", arguments.frames,
-           character.info.vertices, took / arguments.frames, (unsigned long long)memory.total);
+    print_camera(&scene);
+    printf("%u frames of %u vertices, %.2f ms a frame; dermis used %llu bytes of device memory in %u objects, made %u more "
+           "during the frames, and left none\n",
+           arguments.frames, character.info.vertices, took / arguments.frames, (unsigned long long)memory.total,
+           objects.live, objects.made);
     return gpu.complaints ? 1 : 0;
 }

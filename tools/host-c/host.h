@@ -1,4 +1,4 @@
-/* What the files of the host share: its device (gpu.c), its scene (scene.c) and its pictures (png.c). */
+/* What the files of the host share: its device (gpu.c), its scene (scene.c), its pictures (png.c), a counter (count.c). */
 
 #ifndef HOST_H
 #define HOST_H
@@ -8,7 +8,7 @@
 #include "dermis.h"
 
 /* Pixels along each side of the picture. */
-#define PICTURE_SIZE 720
+#define PICTURE_SIZE 320
 
 /* Frames that are on the device at once. dermis keeps as many poses. */
 #define SLOTS DM_FRAME_SLOTS
@@ -51,8 +51,19 @@ void gpu_create(struct gpu *gpu);
 void gpu_destroy(struct gpu *gpu);
 void buffer_create(struct gpu *gpu, VkDeviceSize bytes, VkBufferUsageFlags usage, int mapped, struct buffer *out);
 void buffer_destroy(struct gpu *gpu, struct buffer *buffer);
-void image_create(struct gpu *gpu, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect, struct image *out);
+void image_create(struct gpu *gpu, VkFormat format, VkSampleCountFlagBits samples, VkImageUsageFlags usage,
+                  VkImageAspectFlags aspect, struct image *out);
 void image_destroy(struct gpu *gpu, struct image *image);
+
+/* Vulkan objects of dermis' own, memory among them. */
+struct objects {
+    uint32_t made;
+    uint32_t live;
+};
+
+/* In place of vkGetInstanceProcAddr, for dermis; and what was counted since. */
+dm_function counting_loader(void *instance, const char *name);
+struct objects objects_of_dermis(void);
 
 /* A vertex of the skin. dermis writes position and normal; the rest stays as the host has put it. */
 struct vertex {
@@ -61,15 +72,27 @@ struct vertex {
     float uv[2];
 };
 
+/* Constants of the shaders: shaders/shared/skin.glsl has the same. */
+struct view {
+    float clip_from_model[16]; /* column-major */
+    float eye[4];              /* a point: the last is 1 */
+    float right[4];            /* of the picture; the last is the width of edges, 0 for none */
+    float up[4];
+    float edge[4];
+};
+
 /* Pictures to draw into, and how to draw a skin. */
 struct scene {
-    struct image colour;
+    struct image samples;
     struct image depth;
+    struct image colour; /* samples, resolved */
     VkRenderPass pass;
     VkFramebuffer framebuffer;
     VkPipelineLayout layout;
-    VkPipeline pipeline;
-    float clip_from_model[16]; /* column-major */
+    VkPipeline backdrop;
+    VkPipeline skin;
+    struct view view;
+    float target[3]; /* where the camera looks */
 };
 
 void scene_create(struct gpu *gpu, struct scene *out);

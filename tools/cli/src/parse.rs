@@ -6,6 +6,7 @@ use dermis::{
     Error,
     compose::{Controller, OpeningCurve, Operator},
 };
+use glam::Vec3;
 
 /// The device that the user asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -144,6 +145,14 @@ fn assignment<'a>(text: &'a str, expected: &str) -> Result<(&'a str, &'a str), S
     }
 }
 
+/// A point `X,Y,Z`.
+pub(crate) fn place(text: &str) -> Result<Vec3, String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let place = numbers.ok().and_then(|n| <[f32; 3]>::try_from(n).ok());
+    let place = place.map(Vec3::from).filter(|p| p.is_finite());
+    place.ok_or_else(|| "expected three numbers X,Y,Z, such as 0,1.5,-4".into())
+}
+
 /// A finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
@@ -235,6 +244,14 @@ mod tests {
         assert_eq!(size("640x480"), Ok((640, 480)));
         for wrong in ["640", "0x5", "5x", "-1x4", "axb", "1x2x3"] {
             assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn places_are_three_numbers() {
+        assert_eq!(place("-1, 2.5,3"), Ok(Vec3::new(-1.0, 2.5, 3.0)));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,nan", "1;2;3"] {
+            assert!(place(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -13,6 +13,7 @@ use dermis::{
     report::Progress as Step,
     rig::Pose,
 };
+use glam::Vec3;
 use serde::Serialize;
 
 use crate::{
@@ -68,6 +69,13 @@ pub(crate) struct Args {
     /// Draw close up what lies around this joint, rather than the whole character.
     #[arg(long, value_name = "JOINT")]
     focus: Option<String>,
+    /// Stand here, in model units, instead of where the whole character is just seen.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::place, allow_hyphen_values = true, requires = "target",
+        conflicts_with_all = ["view", "focus", "orthographic"])]
+    eye: Option<Vec3>,
+    /// Look here from --eye.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::place, allow_hyphen_values = true, requires = "eye")]
+    target: Option<Vec3>,
     /// Parallel rays instead of a lens.
     #[arg(long)]
     orthographic: bool,

@@ -63,6 +63,9 @@ fn an_unknown_joint_is_named() {
     let out = out.to_str().unwrap();
     let error = refused(&["render", &asset("arm.glb"), "-o", out, "--focus", "wing"]);
     assert!(error.contains("wing"), "{error}");
+    let (file, above) = (asset("arm.glb"), ["--eye", "0,9,0", "--target", "0,-1,0"]);
+    let error = refused(&[&["render", &file, "-o", out], &above[..]].concat());
+    assert!(error.contains("upright"), "{error}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Maintenance of the dermis workspace: `cargo xtask shaders | header | tidy | assets`.
+//! Maintenance of the dermis workspace: `cargo xtask shaders | header | tidy | assets | compare`.
 
 mod shaders;
 // `build.rs` uses the rest.
@@ -9,6 +9,8 @@ mod tidy;
 
 #[cfg(feature = "assets")]
 mod assets;
+#[cfg(feature = "compare")]
+mod compare;
 #[cfg(feature = "header")]
 mod header;
 
@@ -32,7 +34,9 @@ Usage: cargo xtask TASK
           writes include/dermis.h from src/capi; --check compares instead of writing
   tidy    checks modules, passes and files against the project's rules
   assets [--check] [NAME..]
-          makes assets/arm.glb, hand.glb and mannequin.glb; --check compares instead of writing";
+          makes assets/arm.glb, hand.glb and mannequin.glb; --check compares instead of writing
+  compare A.png B.png [MEAN]
+          tells how much two pictures differ; fails beyond MEAN of 255 a channel on average (default: 1)";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -58,6 +62,10 @@ fn run(arguments: &[String]) -> Result<()> {
         "assets" => assets::run(rest),
         #[cfg(not(feature = "assets"))]
         "assets" => again(&["assets"], None, arguments),
+        #[cfg(feature = "compare")]
+        "compare" => compare::run(rest),
+        #[cfg(not(feature = "compare"))]
+        "compare" => again(&["compare"], None, arguments),
         "help" | "--help" | "-h" => {
             println!("{USAGE}");
             Ok(())

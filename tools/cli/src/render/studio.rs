@@ -42,12 +42,8 @@ impl Studio {
             Some(_) => bounds.turned(),
             None => bounds,
         };
-        let projection = match args.orthographic {
-            true => Projection::Orthographic { height: 0.0 },
-            false => Projection::default(),
-        };
         Ok(Self {
-            camera: Camera::framing(&bounds, args.view, projection, renderer.aspect()),
+            camera: camera(args, &bounds, renderer.aspect())?,
             device: Device::Gpu(gpu),
             renderer,
             shading: args.shade,
@@ -90,6 +86,17 @@ impl Studio {
     pub(super) fn finish(&self) -> Result<()> {
         check_validation(&self.device)
     }
+}
+
+fn camera(args: &Args, bounds: &Bounds, aspect: f32) -> Result<Camera> {
+    if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        return Camera::standing(eye, target, bounds);
+    }
+    let projection = match args.orthographic {
+        true => Projection::Orthographic { height: 0.0 },
+        false => Projection::default(),
+    };
+    Ok(Camera::framing(bounds, args.view, projection, aspect))
 }
 
 /// The device that deforms also draws; where that is the CPU, any Vulkan device does.

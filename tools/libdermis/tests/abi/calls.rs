@@ -108,6 +108,8 @@ pub(crate) unsafe extern "C" fn count(
     }
 }
 
+unsafe extern "C" fn pass(_user: *mut c_void, _pass: *const dm_pass_timing) {}
+
 /// The result of making an object, which is destroyed where there is one.
 fn made(result: dm_result, destroy: impl FnOnce() -> dm_result) -> dm_result {
     if result == dm_result::DM_OK {
@@ -182,6 +184,14 @@ pub(crate) const CALLS: &[Call] = &[
         let out = a.bytes().cast();
         dm_rig_joint_name(a.rig, 0, out, a.storage.bytes.len(), &mut 0)
     }),
+    call("dm_rig_joint_info", Rig, true, true, |a| unsafe {
+        let mut out = dm_joint_info { size: a.size::<dm_joint_info>(), ..Default::default() };
+        dm_rig_joint_info(a.rig, 0, a.of(&mut out))
+    }),
+    call("dm_rig_clip_name", Rig, true, false, |a| unsafe {
+        let out = a.bytes().cast();
+        dm_rig_clip_name(a.rig, 0, out, a.storage.bytes.len(), &mut 0)
+    }),
     call("dm_rig_indices", Rig, true, false, |a| unsafe {
         let out = a.indices();
         dm_rig_indices(a.rig, out, a.storage.indices.len())
@@ -196,6 +206,10 @@ pub(crate) const CALLS: &[Call] = &[
     call("dm_rig_pose_local", Rig, true, false, |a| unsafe {
         let local = a.numbers();
         dm_rig_pose_local(a.rig, local, a.storage.numbers.as_mut_ptr(), a.storage.joints)
+    }),
+    call("dm_rig_pose_interpolate", Rig, true, false, |a| unsafe {
+        let (from, to) = (a.storage.numbers.as_ptr(), a.numbers());
+        dm_rig_pose_interpolate(a.rig, from, to, 0.5, a.storage.numbers.as_mut_ptr(), a.storage.joints)
     }),
     call("dm_settings_default", Nothing, true, true, |a| unsafe {
         let mut out: dm_settings = std::mem::zeroed();
@@ -216,6 +230,7 @@ pub(crate) const CALLS: &[Call] = &[
     call("dm_deformer_advance", Deformer, true, false, |a| unsafe {
         dm_deformer_advance(a.deformer, a.numbers(), a.storage.joints)
     }),
+    call("dm_deformer_wait", Deformer, false, false, |a| dm_deformer_wait(a.deformer)),
     call("dm_deformer_read", Deformer, true, true, |a| unsafe {
         let mut skin: dm_skin = std::mem::zeroed();
         (skin.size, skin.vertices) = (a.size::<dm_skin>(), a.storage.vertices);
@@ -237,5 +252,9 @@ pub(crate) const CALLS: &[Call] = &[
     call("dm_deformer_timings", Deformer, true, true, |a| unsafe {
         let mut out = dm_timings { size: a.size::<dm_timings>(), ..Default::default() };
         dm_deformer_timings(a.deformer, a.of(&mut out))
+    }),
+    call("dm_deformer_passes", Deformer, true, false, |a| unsafe {
+        let report: dm_pass_report = if a.null { None } else { Some(pass) };
+        dm_deformer_passes(a.deformer, report, null_mut())
     }),
 ];

@@ -16,9 +16,10 @@ use crate::{
     last_error, no_gpu, raw,
 };
 
-/// Functions that need a host's device, swept here.
-pub(crate) const HOST_CALLS: [&str; 5] = [
+/// Functions that need a device, swept here and, dm_devices, in `tells`.
+pub(crate) const HOST_CALLS: [&str; 6] = [
     "dm_context_adopt",
+    "dm_devices",
     "dm_frame_record",
     "dm_output_create",
     "dm_output_destroy",
@@ -31,14 +32,14 @@ fn refused(result: dm_result, wanted: dm_result, named: &str) {
     assert!(last_error().contains(named), "{named}: {}", last_error());
 }
 
-fn loader(host: &HostDevice) -> dm_get_instance_proc_addr {
+pub(crate) fn loader(host: &HostDevice) -> dm_get_instance_proc_addr {
     let get = host.entry.static_fn().get_instance_proc_addr;
     type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
     // The same function with the header's names for its types.
     Some(unsafe { std::mem::transmute::<ash::vk::PFN_vkGetInstanceProcAddr, Get>(get) })
 }
 
-fn desc(host: &HostDevice) -> dm_vulkan_desc {
+pub(crate) fn desc(host: &HostDevice) -> dm_vulkan_desc {
     dm_vulkan_desc {
         size: size_of::<dm_vulkan_desc>() as u32,
         api_version: DM_API_VERSION,
@@ -55,7 +56,7 @@ fn desc(host: &HostDevice) -> dm_vulkan_desc {
     }
 }
 
-fn output(host: &HostDevice) -> dm_output_desc {
+pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
     dm_output_desc {
         size: size_of::<dm_output_desc>() as u32,
         stride: 24,
@@ -71,8 +72,12 @@ fn output(host: &HostDevice) -> dm_output_desc {
     }
 }
 
-/// A context on the host's device, the arm, and a deformer.
 fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
+    arm_of(&desc(host))
+}
+
+/// A context on a host's device, the arm, and a deformer.
+pub(crate) fn arm_of(desc: &dm_vulkan_desc) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
     let (mut context, mut rig) = (dm_context::default(), dm_rig::default());
     let mut deformer = dm_deformer::default();
     let mut info = dm_rig_info {
@@ -80,7 +85,7 @@ fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
         ..Default::default()
     };
     unsafe {
-        fine(dm_context_adopt(&desc(host), &mut context));
+        fine(dm_context_adopt(desc, &mut context));
         fine(dm_rig_load(raw::path().as_ptr(), null(), &mut rig));
         fine(dm_rig_get_info(rig, &mut info));
         fine(dm_deformer_create(context, rig, null(), &mut deformer));

@@ -3,12 +3,15 @@
 
 mod calls;
 mod compiler;
+mod facade;
 mod host;
 mod host_device;
 mod misuse;
 mod raw;
+mod release;
 mod skin;
 mod symbols;
+mod tells;
 
 use std::{
     ffi::{CStr, c_char, c_void},

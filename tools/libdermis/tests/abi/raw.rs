@@ -114,6 +114,7 @@ impl Mesh {
             names: of(&self.pointers),
             joint_indices: of(&self.joints),
             weights: of(&self.weights),
+            rigid: null(),
         }
     }
 }

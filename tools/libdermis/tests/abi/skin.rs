@@ -19,7 +19,7 @@ use glam::Vec3;
 use crate::{Messages, calls, fine, keep, no_gpu, raw};
 
 /// Frames of the arm's clip.
-const TIMES: [f32; 3] = [0.2, 0.6, 1.0];
+pub(crate) const TIMES: [f32; 3] = [0.2, 0.6, 1.0];
 
 fn arm() -> Model {
     asset::load(&crate::root().join(Path::new("assets/arm.glb"))).unwrap()
@@ -43,7 +43,7 @@ fn by_rust(device: &Device, method: Method) -> Vec<Skin> {
 }
 
 /// Poses of the arm's clip.
-fn poses(rig: dm_rig) -> Vec<Vec<f32>> {
+pub(crate) fn poses(rig: dm_rig) -> Vec<Vec<f32>> {
     let joints = info(rig).joints as usize;
     let pose = |seconds| {
         let mut matrices = vec![0.0; 16 * joints];
@@ -54,7 +54,7 @@ fn poses(rig: dm_rig) -> Vec<Vec<f32>> {
     TIMES.map(pose).to_vec()
 }
 
-fn info(rig: dm_rig) -> dm_rig_info {
+pub(crate) fn info(rig: dm_rig) -> dm_rig_info {
     let mut info = dm_rig_info {
         size: size_of::<dm_rig_info>() as u32,
         ..Default::default()
@@ -71,7 +71,7 @@ fn load() -> dm_rig {
     rig
 }
 
-fn deformer(context: dm_context, rig: dm_rig, method: u32) -> dm_deformer {
+pub(crate) fn deformer(context: dm_context, rig: dm_rig, method: u32) -> dm_deformer {
     let mut deformer = dm_deformer::default();
     // SAFETY: all live until the call returns; zeros are a value of the struct.
     unsafe {
@@ -84,12 +84,12 @@ fn deformer(context: dm_context, rig: dm_rig, method: u32) -> dm_deformer {
     deformer
 }
 
-fn advance(deformer: dm_deformer, pose: &[f32]) {
+pub(crate) fn advance(deformer: dm_deformer, pose: &[f32]) {
     // SAFETY: 16 numbers a matrix.
     fine(unsafe { dm_deformer_advance(deformer, pose.as_ptr(), pose.len() / 16) });
 }
 
-fn read(deformer: dm_deformer, vertices: u32) -> Skin {
+pub(crate) fn read(deformer: dm_deformer, vertices: u32) -> Skin {
     let count = vertices as usize;
     let mut skin = Skin {
         positions: vec![Vec3::ZERO; count],
@@ -115,7 +115,7 @@ fn read(deformer: dm_deformer, vertices: u32) -> Skin {
 }
 
 /// Skins by the C interface, of a rig with the arm's joints, in its poses.
-fn by_c(context: dm_context, rig: dm_rig, poses: &[Vec<f32>], method: u32) -> Vec<Skin> {
+pub(crate) fn by_c(context: dm_context, rig: dm_rig, poses: &[Vec<f32>], method: u32) -> Vec<Skin> {
     let vertices = info(rig).vertices;
     let deformer = deformer(context, rig, method);
     let frame = |pose: &Vec<f32>| {
@@ -127,7 +127,7 @@ fn by_c(context: dm_context, rig: dm_rig, poses: &[Vec<f32>], method: u32) -> Ve
     skins
 }
 
-fn context(desc: &dm_context_desc) -> dm_context {
+pub(crate) fn context(desc: &dm_context_desc) -> dm_context {
     let mut context = dm_context::default();
     // SAFETY: both live until the call returns.
     fine(unsafe { dm_context_create(desc, &mut context) });
