@@ -22,9 +22,23 @@ pub(super) struct PoseUpload {
     substeps: Vec<Substep>,
     /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
+    /// What carries the skin of the pose before to the last slice's.
+    changes: Pose,
 }
 
 impl PoseUpload {
+    /// With room for this many slices, so that no frame allocates.
+    pub(super) fn with_room(statics: &Statics, slices: usize) -> Self {
+        let joints = statics.joints;
+        Self {
+            palette: Vec::with_capacity(slices * joints),
+            fields: Vec::with_capacity(slices * statics.fields_bytes()),
+            substeps: Vec::with_capacity(slices),
+            motions: Vec::with_capacity(joints),
+            ..Self::default()
+        }
+    }
+
     /// Bytes of [`super::Resource::PaletteRing`].
     pub(super) fn palette(&self) -> &[u8] {
         cast_slice(&self.palette)
@@ -81,19 +95,23 @@ impl PoseUpload {
         let first = self.palette.len();
         self.palette.extend(pose.matrices.iter().map(joint_pose));
         let added = &mut self.palette[first..];
-        let changes = before.map(|before| changes(before, pose));
-        let changes = changes.as_ref().unwrap_or(pose);
+        let mut changes = std::mem::take(&mut self.changes);
+        match before {
+            Some(before) => put_changes(before, pose, &mut changes),
+            None => changes.clone_from(pose),
+        }
         let stretched = added.iter().any(is_stretched);
         added[0].stretch1[3] = f32::from(u8::from(stretched));
         self.motions.clear();
         let since_rest = motions(rig, statics, pose);
-        let both = motions(rig, statics, changes).zip(since_rest);
+        let both = motions(rig, statics, &changes).zip(since_rest);
         self.motions.extend(both.map(|(a, b)| [a, b]));
         let numbered = self.motions.iter().zip(&changes.matrices);
         for (joint, (motion, change)) in added.iter_mut().zip(numbered) {
             joint.set_motions(*motion);
             joint.change = rows(change);
         }
+        self.changes = changes;
         self.fields
             .resize((self.slices + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, before, pose);
@@ -195,11 +213,12 @@ fn to_model(rig: &Rig, pose: &Pose, row: usize) -> Mat4 {
 }
 
 /// What carries the skin of one pose to another, a matrix a joint.
-fn changes(from: &Pose, to: &Pose) -> Pose {
+fn put_changes(from: &Pose, to: &Pose, changes: &mut Pose) {
     let pairs = from.matrices.iter().zip(&to.matrices);
-    Pose {
-        matrices: pairs.map(|(a, b)| *b * a.inverse()).collect(),
-    }
+    changes.matrices.clear();
+    changes
+        .matrices
+        .extend(pairs.map(|(a, b)| *b * a.inverse()));
 }
 
 /// For every joint the first joint's field that moves as it does anywhere on the character.
