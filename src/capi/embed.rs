@@ -206,6 +206,7 @@ pub unsafe extern "C" fn dm_frame_record(
         }
         handle::with(output, |host| {
             if host.deformer != deformer {
+                handle::get(deformer)?;
                 let message = "the output is of another deformer";
                 return Err(Fault::new(dm_result::DM_ERROR_FOREIGN, message));
             }

@@ -16,15 +16,6 @@ use crate::{
     last_error, no_gpu, raw,
 };
 
-/// Functions that need a host's device, swept here.
-pub(crate) const HOST_CALLS: [&str; 5] = [
-    "dm_context_adopt",
-    "dm_frame_record",
-    "dm_output_create",
-    "dm_output_destroy",
-    "dm_vulkan_get_requirements",
-];
-
 #[track_caller]
 fn refused(result: dm_result, wanted: dm_result, named: &str) {
     assert_eq!(result, wanted, "{}", last_error());
@@ -38,7 +29,7 @@ fn loader(host: &HostDevice) -> dm_get_instance_proc_addr {
     Some(unsafe { std::mem::transmute::<ash::vk::PFN_vkGetInstanceProcAddr, Get>(get) })
 }
 
-fn desc(host: &HostDevice) -> dm_vulkan_desc {
+pub(crate) fn desc(host: &HostDevice) -> dm_vulkan_desc {
     dm_vulkan_desc {
         size: size_of::<dm_vulkan_desc>() as u32,
         api_version: DM_API_VERSION,
@@ -55,7 +46,7 @@ fn desc(host: &HostDevice) -> dm_vulkan_desc {
     }
 }
 
-fn output(host: &HostDevice) -> dm_output_desc {
+pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
     dm_output_desc {
         size: size_of::<dm_output_desc>() as u32,
         stride: 24,
@@ -72,7 +63,7 @@ fn output(host: &HostDevice) -> dm_output_desc {
 }
 
 /// A context on the host's device, the arm, and a deformer.
-fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
+pub(crate) fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
     let (mut context, mut rig) = (dm_context::default(), dm_rig::default());
     let mut deformer = dm_deformer::default();
     let mut info = dm_rig_info {

@@ -4,6 +4,7 @@
 mod calls;
 mod compiler;
 mod host;
+mod host_calls;
 mod host_device;
 mod misuse;
 mod raw;
