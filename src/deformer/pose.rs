@@ -35,6 +35,9 @@ impl PoseUpload {
             fields: Vec::with_capacity(slices * statics.fields_bytes()),
             substeps: Vec::with_capacity(slices),
             motions: Vec::with_capacity(joints),
+            changes: Pose {
+                matrices: Vec::with_capacity(joints),
+            },
             ..Self::default()
         }
     }
@@ -226,18 +229,26 @@ fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u3
     let (reach, still) = (statics.reach, statics.still);
     let of_field = |i: usize| &pose.matrices[rig.fields[i].joint as usize];
     pose.matrices.iter().map(move |joint| {
+        let still = still_in(joint, still);
         let as_one = |i: &usize| moves_as(joint, of_field(*i), reach, still);
         let first = (0..rig.fields.len() - rig.primitives.len()).find(as_one);
         first.map_or(NO_MOTION, |i| i as u32)
     })
 }
 
-/// Two motions carry points up to `reach` from the origin to within `still` of each other, both in rest units.
+/// A distance in rest units where a motion carries it: a model that is smaller than its rest pose has smaller parts, too.
+fn still_in(motion: &Mat4, still: f32) -> f32 {
+    let axes = [motion.x_axis, motion.y_axis, motion.z_axis];
+    still
+        * axes
+            .map(|axis| axis.length())
+            .into_iter()
+            .fold(f32::INFINITY, f32::min)
+}
+
+/// Two motions carry points up to `reach` from the origin, in rest units, to within `still` of each other.
 fn moves_as(a: &Mat4, b: &Mat4, reach: f32, still: f32) -> bool {
     let apart = |k: usize| (a.col(k) - b.col(k)).abs().max_element();
-    let lengths = [a.x_axis, a.y_axis, a.z_axis].map(|axis| axis.length());
-    // A model that is smaller than its rest pose has smaller parts, too.
-    let still = still * lengths.into_iter().fold(f32::INFINITY, f32::min);
     apart(3) <= still && apart(0).max(apart(1)).max(apart(2)) * reach + apart(3) <= still
 }
 
@@ -333,6 +344,7 @@ mod tests {
 
     #[test]
     fn motions_are_one_where_points_end_together_at_the_models_scale() {
+        let moves_as = |a: &Mat4, b: &Mat4, reach, still| moves_as(a, b, reach, still_in(a, still));
         let turn = Mat4::from_rotation_x(0.3);
         let shifted = |by: f32| Mat4::from_translation(Vec3::X * by) * turn;
         assert!(moves_as(&turn, &shifted(0.5e-5), 2.0, 1e-5));
