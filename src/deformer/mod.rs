@@ -85,7 +85,7 @@ impl Deformer {
         let mut deformer = Self {
             machine: Machine::new(device, &statics, volumes, settings)?,
             upload: PoseUpload::with_room(&statics, settings.max_slices() as usize),
-            tracking: Tracking::default(),
+            tracking: Tracking::with_room(&rig.skeleton),
             settings: *settings,
             statics,
             rig,

@@ -9,7 +9,7 @@ use crate::{
     Error, Result,
     layout::Dispatch,
     report::Iterations,
-    rig::{Pose, Rig},
+    rig::{Pose, Rig, Skeleton},
 };
 
 /// What a tracked skin goes on from: a pose and the vertices that follow it.
@@ -92,6 +92,24 @@ struct Way {
     /// What the skin followed then.
     before: Pose,
     half: Pose,
+}
+
+impl Tracking {
+    /// With room for all poses.
+    pub(super) fn with_room(skeleton: &Skeleton) -> Self {
+        let room = || Pose::rest(skeleton);
+        Self {
+            pose: room(),
+            next_pose: room(),
+            way: Way {
+                start: room(),
+                last: room(),
+                before: room(),
+                half: room(),
+            },
+            ..Self::default()
+        }
+    }
 }
 
 impl Deformer {
