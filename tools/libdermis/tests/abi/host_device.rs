@@ -110,17 +110,24 @@ impl HostDevice {
         }
     }
 
-    /// Records, submits and waits.
-    pub(crate) fn run(&self, record: impl FnOnce()) {
+    /// Records.
+    pub(crate) fn record(&self, record: impl FnOnce()) {
         let info = vk::CommandBufferBeginInfo::default();
-        let commands = [self.commands];
-        let submit = vk::SubmitInfo::default().command_buffers(&commands);
         unsafe {
             self.device
                 .begin_command_buffer(self.commands, &info)
                 .unwrap();
             record();
             self.device.end_command_buffer(self.commands).unwrap();
+        }
+    }
+
+    /// Records, submits and waits.
+    pub(crate) fn run(&self, record: impl FnOnce()) {
+        let commands = [self.commands];
+        let submit = vk::SubmitInfo::default().command_buffers(&commands);
+        self.record(record);
+        unsafe {
             self.device
                 .queue_submit(self.queue, &[submit], vk::Fence::null())
                 .unwrap();
