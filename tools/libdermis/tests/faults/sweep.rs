@@ -40,7 +40,7 @@ const ONCE: [&str; 8] = [
 pub(crate) enum Codes {
     /// With everything that it may, one after the other.
     All,
-    /// With one of what it may, in turn, and with a lost device where it may.
+    /// With one of what it may, in turn.
     InTurn,
 }
 
@@ -162,20 +162,26 @@ impl Sweep<'_> {
         Objects::new(self.way, self.character)
     }
 
-    /// Faults that the device survives.
-    fn memory_faults(&self, calls: &Calls) -> Vec<Fault> {
-        let all = faults(calls).filter(|fault| fault.code != LOST);
-        let mut all: Vec<_> = all.collect();
-        if self.codes == Codes::InTurn {
-            let mut turn = 0;
-            let of_one_call = |a: &Fault, b: &Fault| (a.name, a.after) == (b.name, b.after);
-            let in_turn = |faults: &[Fault]| {
-                turn += 1;
-                faults[turn % faults.len()]
-            };
-            all = all.chunk_by(of_one_call).map(in_turn).collect();
+    fn faults(&self, calls: &Calls) -> Vec<Fault> {
+        let all: Vec<_> = faults(calls).collect();
+        let of_one_call = |a: &Fault, b: &Fault| (a.name, a.after) == (b.name, b.after);
+        let in_turn = |faults: &[Fault]| faults[faults[0].after % faults.len()];
+        match self.codes {
+            Codes::All => all,
+            Codes::InTurn => all.chunk_by(of_one_call).map(in_turn).collect(),
         }
-        all
+    }
+
+    /// Faults that the device survives.
+    fn memory_faults(&self, calls: &Calls) -> impl Iterator<Item = Fault> {
+        let all = self.faults(calls).into_iter();
+        all.filter(|fault| fault.code != LOST)
+    }
+
+    /// Faults that it does not.
+    fn losses(&self, calls: &Calls) -> impl Iterator<Item = Fault> {
+        let all = self.faults(calls).into_iter();
+        all.filter(|fault| fault.code == LOST)
     }
 
     /// Opened, without a fault.
@@ -275,7 +281,7 @@ impl Sweep<'_> {
         } = &self.whole;
         let mut runs = 0;
         for (part, calls) in [open, create, work].into_iter().enumerate() {
-            for fault in faults(calls).filter(|fault| fault.code == LOST) {
+            for fault in self.losses(calls) {
                 let (objects, run) = (self.objects(), Run::default());
                 state::begin(None);
                 let before = [Objects::open, Objects::create];
