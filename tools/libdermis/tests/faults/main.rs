@@ -119,7 +119,7 @@ impl Way for Adopted {
             queue_family: 0,
             features: 0,
             budget: 0,
-            log: None,
+            log: Some(state::tell),
             log_user: null_mut(),
         };
         // SAFETY: the host lives on.
@@ -137,6 +137,9 @@ fn adopted(method: u32, host: HostDevice, codes: Codes) {
     let character = tube(method);
     let way = Adopted(host);
     sweep::every_call(&way, &character, codes);
+    if method == DM_TRACKING {
+        sweep::broken_state(&way, &character);
+    }
     fine(dm_rig_destroy(character.rig));
     for object in state::forget() {
         functions::destroy(&way.0.device, object);

@@ -18,6 +18,7 @@ use crate::{
     host_device::HostDevice,
     no_gpu,
     scenario::Way,
+    state,
     sweep::{self, Codes},
     tube,
 };
@@ -47,7 +48,7 @@ impl Way for Owned {
             flags: self.flags,
             device: null(),
             budget: 0,
-            log: None,
+            log: Some(state::tell),
             log_user: null_mut(),
         };
         unsafe { dm_context_create(&desc, out) }

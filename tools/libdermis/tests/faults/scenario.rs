@@ -7,10 +7,15 @@ use std::{
     ptr::null_mut,
 };
 
-use ash::vk::Handle as _;
+use ash::vk::{self, Handle as _};
 use dermis::capi::{dm_result::*, *};
 
-use crate::{fine, host_device::HostDevice, last_error, state};
+use crate::{
+    fine,
+    host_device::HostDevice,
+    last_error,
+    state::{self, Fault},
+};
 
 /// How a program comes to its device.
 pub(crate) trait Way {
@@ -275,6 +280,25 @@ impl<'a> Objects<'a> {
             lost(self.create_output(host));
             lost(self.record_call(host, 0, pose));
         }
+    }
+
+    /// A reset that fails halfway leaves no state, which is told until it is done again (tracking).
+    pub(crate) fn break_state(&self) {
+        state::begin(Some(Fault {
+            name: "vkQueueSubmit",
+            after: 2,
+            code: vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+        }));
+        let (deformer, pose) = (self.deformer.get(), &self.character.poses[0]);
+        assert_eq!(dm_deformer_reset(deformer), DM_ERROR_MEMORY);
+        let saved = || unsafe { dm_deformer_save(deformer, null_mut(), 0, &mut 0) };
+        for refused in [self.advance(pose), saved()] {
+            assert_eq!(refused, DM_ERROR_ARGUMENT);
+            assert!(last_error().contains("failed halfway"), "{}", last_error());
+        }
+        fine(dm_deformer_reset(deformer));
+        fine(self.advance(pose));
+        fine(saved());
     }
 
     /// Destroys deformer and output.

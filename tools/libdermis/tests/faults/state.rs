@@ -4,9 +4,11 @@
 use std::{
     cell::RefCell,
     collections::{BTreeMap, HashMap},
+    ffi::{c_char, c_void},
 };
 
 use ash::vk;
+use dermis::capi::DM_LOG_ERROR;
 
 /// Which call fails: the one of this name before which `after` of the same name do not, and with what.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +25,8 @@ struct State {
     fault: Option<Fault>,
     struck: bool,
     lost: bool,
+    /// Errors that a context's log was told.
+    told: u32,
     /// Objects that dermis has made and not destroyed, how often each.
     live: BTreeMap<(&'static str, u64), u32>,
     /// Objects that are made once and handed out again: what they are made of, kind and handle.
@@ -41,7 +45,7 @@ fn with<T>(work: impl FnOnce(&mut State) -> T) -> T {
 pub(crate) fn begin(fault: Option<Fault>) {
     with(|s| {
         s.calls.clear();
-        (s.fault, s.struck, s.lost) = (fault, false, false);
+        (s.fault, s.struck, s.lost, s.told) = (fault, false, false, 0);
     });
 }
 
@@ -53,6 +57,16 @@ pub(crate) fn calls() -> Vec<(&'static str, &'static [vk::Result])> {
 /// The call that had to fail since [`begin`] was made.
 pub(crate) fn struck() -> bool {
     with(|s| s.struck)
+}
+
+/// The log of contexts: counts errors.
+pub(crate) unsafe extern "C" fn tell(_: *mut c_void, level: i32, _: *const c_char) {
+    with(|s| s.told += u32::from(level == DM_LOG_ERROR));
+}
+
+/// Errors that the log was told since [`begin`].
+pub(crate) fn told() -> u32 {
+    with(|s| s.told)
 }
 
 /// Objects that are alive, how many of each kind.

@@ -53,6 +53,15 @@ struct Whole {
     bits: Vec<Vec<u32>>,
 }
 
+/// What a reset that fails leaves.
+pub(crate) fn broken_state(way: &dyn Way, character: &Character) {
+    let (objects, run) = (Objects::new(way, character), Run::default());
+    state::begin(None);
+    assert!(objects.open(&run).is_ok() && objects.create(&run).is_ok());
+    objects.break_state();
+    objects.close();
+}
+
 /// Every call of making a context.
 pub(crate) fn opening(way: &dyn Way, character: &Character) {
     let whole = whole(way, character);
@@ -294,6 +303,8 @@ impl Sweep<'_> {
                     _ => objects.work(run),
                 });
                 objects.all_refuse();
+                // By the first call that finds it, where there is a log.
+                assert_eq!(state::told(), u32::from(part > 0), "{fault:?}");
                 objects.close();
                 assert!(state::live().is_empty(), "{fault:?}: {:?}", state::live());
                 runs += 1;
