@@ -18,7 +18,7 @@ use std::{
 use dermis::capi::*;
 
 use host_device::HostDevice;
-use stage::{Stage, adopt, load};
+use stage::{Stage, adopt, load, resident};
 
 const MINUTES: f64 = 10.0;
 const FRAMES: usize = 4;
@@ -78,22 +78,4 @@ fn round(host: &HostDevice, round: u32) {
         stage.iterations();
         stage.end();
     }
-}
-
-#[cfg(target_env = "gnu")]
-unsafe extern "C" {
-    fn malloc_trim(keep: usize) -> i32;
-}
-
-/// Resident memory of this process in KiB, without what the C library keeps of memory that was freed.
-fn resident() -> u64 {
-    // SAFETY: may be called at any time.
-    #[cfg(target_env = "gnu")]
-    unsafe {
-        malloc_trim(0)
-    };
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let number = line.unwrap().trim().trim_end_matches(" kB");
-    number.parse().unwrap()
 }

@@ -151,3 +151,21 @@ impl<'a> Stage<'a> {
         fine(dm_context_destroy(self.context));
     }
 }
+
+#[cfg(target_env = "gnu")]
+unsafe extern "C" {
+    fn malloc_trim(keep: usize) -> i32;
+}
+
+/// Resident memory of this process in KiB, without what the C library keeps of memory that was freed.
+pub(crate) fn resident() -> u64 {
+    // SAFETY: may be called at any time.
+    #[cfg(target_env = "gnu")]
+    unsafe {
+        malloc_trim(0)
+    };
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let number = line.unwrap().trim().trim_end_matches(" kB");
+    number.parse().unwrap()
+}
