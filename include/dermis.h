@@ -128,7 +128,8 @@
 /*
  What a function returns; every function but dm_api_version and dm_last_error has one.
 
- Where it is not DM_OK, nothing has been written through pointers unless the function says so, and dm_last_error tells more.
+ Where it is not DM_OK, nothing has been written through pointers and objects are as before, unless the function says so, and
+ dm_last_error tells more. What failed by DM_ERROR_MEMORY may be tried again.
  */
 enum dm_result
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -157,7 +158,11 @@ enum dm_result
     DM_ERROR_MEMORY = 9,
     /* A Vulkan call failed. */
     DM_ERROR_VULKAN = 10,
-    /* The device was lost; its context and deformers can only be destroyed. */
+    /*
+     The device was lost. From the call that finds it on, every function of its context and of what was made in it returns
+     this and does nothing, but the destroying ones, which succeed; the context's log is told once. Contexts may be made anew,
+     by dm_context_adopt when the host has a new device.
+     */
     DM_ERROR_DEVICE_LOST = 11,
     /* No Vulkan loader or no device that fits. */
     DM_ERROR_NO_DEVICE = 12,
@@ -702,7 +707,7 @@ const char *dm_last_error(void);
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
  DM_ERROR_ARGUMENT for unknown flags or text that is not UTF-8; DM_ERROR_NO_DEVICE without a loader, a device that fits or
- the validation layers, with what to install; DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
+ the validation layers, with what to install; DM_ERROR_VULKAN, DM_ERROR_MEMORY or DM_ERROR_DEVICE_LOST where the driver fails.
 
  Pointers:
  desc and out are NULL or valid; device is NULL or text that ends with zero; log and log_user stay valid as long as the
@@ -728,7 +733,7 @@ dm_result dm_context_destroy(struct dm_context context);
 
  Threads: any. Does not wait for the device.
 
- Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+ Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 
  Pointers:
  out is NULL or valid.
@@ -743,7 +748,7 @@ dm_result dm_context_memory(struct dm_context context, struct dm_memory *out);
 
  Threads: any. Does not wait for the device.
 
- Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+ Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 
  Pointers:
  report is NULL or a function that may be called with user.
@@ -1062,7 +1067,8 @@ dm_result dm_deformer_destroy(struct dm_deformer deformer);
  Threads: any.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is not finite,
- not affine or has no inverse, with the skin as it was; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+ not affine or has no inverse; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where it is not DM_OK
+ the skin is as it was.
 
  Pointers:
  matrices is NULL or has 16 times count numbers.
@@ -1102,7 +1108,8 @@ dm_result dm_deformer_read(struct dm_deformer deformer,
 
  Threads: any. Waits for the device.
 
- Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+ Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_MEMORY, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC. Where Vulkan or
+ memory failed there is no state any more: poses are refused by DM_ERROR_ARGUMENT until this or dm_deformer_restore succeeds.
  */
 dm_result dm_deformer_reset(struct dm_deformer deformer);
 
@@ -1134,7 +1141,8 @@ dm_result dm_deformer_save(struct dm_deformer deformer,
  Threads: any. Waits for the device.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the bytes are no state, or one of another
- character, or the method has none; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+ character, or the method has none; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where Vulkan or
+ memory failed there is no state any more, as after dm_deformer_reset.
 
  Pointers:
  state is NULL or has bytes.
@@ -1153,7 +1161,7 @@ dm_result dm_deformer_restore(struct dm_deformer deformer,
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
  context; DM_ERROR_ARGUMENT where the vertices do not fit, for a queue family that the device has not, or on the CPU;
- DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+ DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
 
  Pointers:
  desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.
@@ -1174,7 +1182,7 @@ dm_result dm_output_destroy(struct dm_output output);
 
 /*
  Records a frame into a command buffer of the host's: what dm_deformer_advance submits, and the writing of the output.
- Submits nothing and waits for nothing.
+ Submits nothing, waits for nothing, allocates nothing.
 
  State before: the command buffer (VkCommandBuffer) is being recorded, outside of a render pass, for the family of the
  context's queue. Whatever was submitted to the queue before comes first, by a barrier. State after: compute pipeline,
@@ -1189,7 +1197,8 @@ dm_result dm_output_destroy(struct dm_output output);
  Threads: any that may record into the command buffer.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of another deformer; DM_ERROR_SIZE;
- DM_ERROR_POSE; DM_ERROR_ARGUMENT for the slot, or on the CPU; DM_ERROR_PANIC. Where it is not DM_OK nothing is recorded.
+ DM_ERROR_POSE; DM_ERROR_ARGUMENT for the slot, or on the CPU; DM_ERROR_DEVICE_LOST where another call has found it;
+ DM_ERROR_PANIC. Where it is not DM_OK nothing is recorded.
 
  Pointers:
  The command buffer is NULL or in the state above; deformer and output are not destroyed before it is done; matrices is
@@ -1224,7 +1233,7 @@ dm_result dm_deformer_iterations(struct dm_deformer deformer, struct dm_iteratio
 
  Threads: any. Does not wait for the device.
 
- Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+ Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 
  Pointers:
  out is NULL or valid.

@@ -84,10 +84,25 @@ pub(super) struct Context {
     pub(super) logger: std::sync::Arc<Logger>,
 }
 
+/// Runs `work` on a context whose device is not lost.
+pub(super) fn with<T>(
+    context: dm_context,
+    work: impl FnOnce(&mut Context) -> Outcome<T>,
+) -> Outcome<T> {
+    let object = handle::get(context)?;
+    let (logger, outcome) = {
+        let mut context = handle::lock(&object)?;
+        let logger = context.logger.clone();
+        let outcome = logger.check().and_then(|()| work(&mut context));
+        (logger, outcome)
+    };
+    logger.finish(outcome)
+}
+
 /// The device of a context that is not on the CPU.
 pub(super) fn gpu_of(context: dm_context) -> Outcome<Gpu> {
     let reason = "a context on the CPU records no commands";
-    handle::with(context, |context| {
+    with(context, |context| {
         let gpu = context.gpu().cloned();
         gpu.ok_or_else(|| Fault::argument("context", reason))
     })
@@ -110,7 +125,7 @@ impl Context {
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_VERSION where api_version is not the library's;
 /// DM_ERROR_ARGUMENT for unknown flags or text that is not UTF-8; DM_ERROR_NO_DEVICE without a loader, a device that fits or
-/// the validation layers, with what to install; DM_ERROR_VULKAN or DM_ERROR_MEMORY where the driver fails.
+/// the validation layers, with what to install; DM_ERROR_VULKAN, DM_ERROR_MEMORY or DM_ERROR_DEVICE_LOST where the driver fails.
 ///
 /// # Safety
 /// desc and out are NULL or valid; device is NULL or text that ends with zero; log and log_user stay valid as long as the
@@ -188,11 +203,11 @@ unsafe fn selector(name: *const c_char) -> Outcome<DeviceSelector> {
 }
 
 pub(super) fn context(device: Device, target: Target, validation: bool) -> Context {
-    let (name, validated) = match &device {
+    let (name, gpu) = match &device {
         Device::Cpu => ("the CPU".to_owned(), None),
-        Device::Gpu(gpu) => (gpu.report().name, validation.then(|| gpu.clone())),
+        Device::Gpu(gpu) => (gpu.report().name, Some(gpu.clone())),
     };
-    let logger = Logger::new(target, validated);
+    let logger = Logger::new(target, gpu, validation);
     logger.tell(DM_LOG_INFO, &format!("dermis computes on {name}"));
     Context { device, logger }
 }
@@ -214,7 +229,7 @@ pub extern "C" fn dm_context_destroy(context: dm_context) -> dm_result {
 ///
 /// Threads: any. Does not wait for the device.
 ///
-/// Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+/// Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 ///
 /// # Safety
 /// out is NULL or valid.
@@ -247,7 +262,7 @@ pub unsafe extern "C" fn dm_context_memory(context: dm_context, out: *mut dm_mem
 
 /// Class, name and bytes of all that is in use; nothing on the CPU.
 fn allocations(context: dm_context) -> Outcome<Vec<(String, String, u64)>> {
-    handle::with(context, |context| {
+    with(context, |context| {
         let rows = context.gpu().map(Gpu::allocations).unwrap_or_default();
         Ok(rows
             .into_iter()
@@ -263,7 +278,7 @@ fn allocations(context: dm_context) -> Outcome<Vec<(String, String, u64)>> {
 ///
 /// Threads: any. Does not wait for the device.
 ///
-/// Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+/// Returns DM_OK, DM_ERROR_NULL where report is, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 ///
 /// # Safety
 /// report is NULL or a function that may be called with user.

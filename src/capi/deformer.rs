@@ -50,7 +50,7 @@ pub(super) struct Instance {
     pub(super) pose: Pose,
 }
 
-/// Runs `work` on a deformer, then tells what happened while nothing is locked.
+/// Runs `work` on a deformer whose device is not lost, then tells what happened while nothing is locked.
 pub(super) fn with<T>(
     deformer: dm_deformer,
     work: impl FnOnce(&mut Instance) -> Outcome<T>,
@@ -58,7 +58,9 @@ pub(super) fn with<T>(
     let object = handle::get(deformer)?;
     let (logger, outcome) = {
         let mut instance = handle::lock(&object)?;
-        (instance.logger.clone(), work(&mut instance))
+        let logger = instance.logger.clone();
+        let outcome = logger.check().and_then(|()| work(&mut instance));
+        (logger, outcome)
     };
     logger.finish(outcome)
 }
@@ -89,16 +91,13 @@ pub unsafe extern "C" fn dm_deformer_create(
         // SAFETY: the caller's promise.
         let settings = unsafe { dm_settings::read(settings)? };
         let rig = handle::with(rig, |character| Ok(character.rig.clone()))?;
-        let object = handle::get(context)?;
-        let (logger, made) = {
-            let context = handle::lock(&object)?;
-            let made = Deformer::new(&context.device, rig.clone(), &settings);
-            (context.logger.clone(), made)
-        };
+        let (deformer, logger) = super::context::with(context, |context| {
+            let deformer = Deformer::new(&context.device, rig.clone(), &settings)?;
+            Ok((deformer, context.logger.clone()))
+        })?;
         for warning in &rig.warnings {
             logger.tell(DM_LOG_WARNING, warning);
         }
-        let deformer = logger.finish(made.map_err(Fault::from))?;
         let handle = handle::insert(Instance {
             deformer,
             logger,
@@ -131,7 +130,8 @@ pub extern "C" fn dm_deformer_destroy(deformer: dm_deformer) -> dm_result {
 /// Threads: any.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is not finite,
-/// not affine or has no inverse, with the skin as it was; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+/// not affine or has no inverse; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where it is not DM_OK
+/// the skin is as it was.
 ///
 /// # Safety
 /// matrices is NULL or has 16 times count numbers.
@@ -247,7 +247,8 @@ unsafe fn column<T: bytemuck::NoUninit>(
 ///
 /// Threads: any. Waits for the device.
 ///
-/// Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
+/// Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_VULKAN, DM_ERROR_MEMORY, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC. Where Vulkan or
+/// memory failed there is no state any more: poses are refused by DM_ERROR_ARGUMENT until this or dm_deformer_restore succeeds.
 #[unsafe(no_mangle)]
 pub extern "C" fn dm_deformer_reset(deformer: dm_deformer) -> dm_result {
     guard("dm_deformer_reset", || {
@@ -292,7 +293,8 @@ pub unsafe extern "C" fn dm_deformer_save(
 /// Threads: any. Waits for the device.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the bytes are no state, or one of another
-/// character, or the method has none; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+/// character, or the method has none; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where Vulkan or
+/// memory failed there is no state any more, as after dm_deformer_reset.
 ///
 /// # Safety
 /// state is NULL or has bytes.

@@ -77,7 +77,7 @@ pub(super) struct HostOutput {
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the deformer is of another
 /// context; DM_ERROR_ARGUMENT where the vertices do not fit, for a queue family that the device has not, or on the CPU;
-/// DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_PANIC.
+/// DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
 ///
 /// # Safety
 /// desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.
@@ -159,7 +159,7 @@ pub extern "C" fn dm_output_destroy(output: dm_output) -> dm_result {
 }
 
 /// Records a frame into a command buffer of the host's: what dm_deformer_advance submits, and the writing of the output.
-/// Submits nothing and waits for nothing.
+/// Submits nothing, waits for nothing, allocates nothing.
 ///
 /// State before: the command buffer (VkCommandBuffer) is being recorded, outside of a render pass, for the family of the
 /// context's queue. Whatever was submitted to the queue before comes first, by a barrier. State after: compute pipeline,
@@ -174,7 +174,8 @@ pub extern "C" fn dm_output_destroy(output: dm_output) -> dm_result {
 /// Threads: any that may record into the command buffer.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of another deformer; DM_ERROR_SIZE;
-/// DM_ERROR_POSE; DM_ERROR_ARGUMENT for the slot, or on the CPU; DM_ERROR_PANIC. Where it is not DM_OK nothing is recorded.
+/// DM_ERROR_POSE; DM_ERROR_ARGUMENT for the slot, or on the CPU; DM_ERROR_DEVICE_LOST where another call has found it;
+/// DM_ERROR_PANIC. Where it is not DM_OK nothing is recorded.
 ///
 /// # Safety
 /// The command buffer is NULL or in the state above; deformer and output are not destroyed before it is done; matrices is
@@ -207,6 +208,7 @@ pub unsafe extern "C" fn dm_frame_record(
         }
         handle::with(output, |host| {
             if host.deformer != deformer {
+                handle::get(deformer)?;
                 let message = "the output is of another deformer";
                 return Err(Fault::new(dm_result::DM_ERROR_FOREIGN, message));
             }

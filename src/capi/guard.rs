@@ -12,7 +12,8 @@ use crate::Error;
 
 /// What a function returns; every function but dm_api_version and dm_last_error has one.
 ///
-/// Where it is not DM_OK, nothing has been written through pointers unless the function says so, and dm_last_error tells more.
+/// Where it is not DM_OK, nothing has been written through pointers and objects are as before, unless the function says so, and
+/// dm_last_error tells more. What failed by DM_ERROR_MEMORY may be tried again.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum dm_result {
@@ -38,7 +39,9 @@ pub enum dm_result {
     DM_ERROR_MEMORY = 9,
     /// A Vulkan call failed.
     DM_ERROR_VULKAN = 10,
-    /// The device was lost; its context and deformers can only be destroyed.
+    /// The device was lost. From the call that finds it on, every function of its context and of what was made in it returns
+    /// this and does nothing, but the destroying ones, which succeed; the context's log is told once. Contexts may be made anew,
+    /// by dm_context_adopt when the host has a new device.
     DM_ERROR_DEVICE_LOST = 11,
     /// No Vulkan loader or no device that fits.
     DM_ERROR_NO_DEVICE = 12,
@@ -100,7 +103,9 @@ fn code(error: &Error) -> dm_result {
         Error::Memory { .. } => dm_result::DM_ERROR_MEMORY,
         Error::Vulkan { code, .. } => match code.as_str() {
             "ERROR_DEVICE_LOST" => dm_result::DM_ERROR_DEVICE_LOST,
-            "ERROR_OUT_OF_HOST_MEMORY" | "ERROR_OUT_OF_DEVICE_MEMORY" => dm_result::DM_ERROR_MEMORY,
+            "ERROR_OUT_OF_HOST_MEMORY"
+            | "ERROR_OUT_OF_DEVICE_MEMORY"
+            | "ERROR_OUT_OF_POOL_MEMORY" => dm_result::DM_ERROR_MEMORY,
             _ => dm_result::DM_ERROR_VULKAN,
         },
         Error::Pass { .. } => dm_result::DM_ERROR_VULKAN,

@@ -183,10 +183,13 @@ pub(super) fn get<H: Handle>(handle: H) -> Outcome<Shared<H::Object>> {
 
 /// Locks an object; after a panic within it, it is refused for good.
 pub(super) fn lock<T>(object: &Mutex<T>) -> Outcome<MutexGuard<'_, T>> {
-    object.lock().map_err(|_| {
+    let locked = object.lock().map_err(|_| {
         let message = "the object was in use when a defect in dermis showed; destroy it";
         Fault::new(dm_result::DM_ERROR_PANIC, message)
-    })
+    })?;
+    #[cfg(test)]
+    super::panic_tests::defect();
+    Ok(locked)
 }
 
 /// Runs `work` on the object of a handle.

@@ -2,10 +2,13 @@
 
 use std::{
     ffi::{c_char, c_void},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
-use super::guard::{Fault, Outcome, c_text};
+use super::guard::{Fault, Outcome, c_text, dm_result};
 use crate::gpu::Gpu;
 
 /// Level of a message: a call failed, or Vulkan's validation layers complain.
@@ -37,19 +40,30 @@ unsafe impl Sync for Target {}
 /// Tells a user what happens in a context.
 pub(super) struct Logger {
     target: Target,
-    /// Where validation is on.
-    validated: Option<Gpu>,
+    /// None on the CPU.
+    gpu: Option<Gpu>,
+    validated: bool,
+    /// That the device is lost is told once.
+    told_loss: AtomicBool,
     /// Messages of the validation layers that were passed on.
     told: Mutex<usize>,
 }
 
 impl Logger {
-    pub(super) fn new(target: Target, validated: Option<Gpu>) -> Arc<Self> {
+    pub(super) fn new(target: Target, gpu: Option<Gpu>, validated: bool) -> Arc<Self> {
         Arc::new(Self {
             target,
+            gpu,
             validated,
+            told_loss: AtomicBool::new(false),
             told: Mutex::new(0),
         })
+    }
+
+    /// Fails where the device is lost.
+    pub(super) fn check(&self) -> Outcome {
+        let gpu = self.gpu.as_ref();
+        Ok(gpu.map_or(Ok(()), Gpu::check)?)
     }
 
     pub(super) fn tell(&self, level: i32, message: &str) {
@@ -61,7 +75,9 @@ impl Logger {
 
     /// Tells what the layers said since the last time.
     pub(super) fn flush(&self) {
-        let Some(gpu) = &self.validated else { return };
+        let Some(gpu) = self.gpu.as_ref().filter(|_| self.validated) else {
+            return;
+        };
         let messages = gpu.validation_messages();
         let first = {
             let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
@@ -75,8 +91,11 @@ impl Logger {
     /// Passes a result on after telling what belongs to it.
     pub(super) fn finish<T>(&self, outcome: Outcome<T>) -> Outcome<T> {
         self.flush();
-        if let Err(Fault { message, .. }) = &outcome {
-            self.tell(DM_LOG_ERROR, message);
+        if let Err(Fault { code, message }) = &outcome {
+            let loss = *code == dm_result::DM_ERROR_DEVICE_LOST;
+            if !loss || !self.told_loss.swap(true, Ordering::Relaxed) {
+                self.tell(DM_LOG_ERROR, message);
+            }
         }
         outcome
     }

@@ -28,6 +28,10 @@ mod embed;
 mod report;
 mod settings;
 
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod panic_tests;
+
 pub use context::*;
 pub use deformer::*;
 pub use devices::*;

@@ -127,7 +127,7 @@ pub unsafe extern "C" fn dm_deformer_iterations(
 ///
 /// Threads: any. Does not wait for the device.
 ///
-/// Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE or DM_ERROR_PANIC.
+/// Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE, DM_ERROR_HANDLE, DM_ERROR_DEVICE_LOST or DM_ERROR_PANIC.
 ///
 /// # Safety
 /// out is NULL or valid.

@@ -128,7 +128,7 @@ impl Deformer {
     }
 
     /// Records a frame into a command buffer of the host's: everything that [`Deformer::advance`] submits, and the writing of
-    /// `output` where there is one. Submits nothing, waits for nothing; without sub-steps it reuses the memory of the frame before.
+    /// `output` where there is one. Submits nothing, waits for nothing, allocates nothing.
     ///
     /// The frame comes after all commands before it on the same queue. Poses are deformed in the order of their recording, which
     /// has to be that of their submission.
@@ -164,6 +164,7 @@ impl Deformer {
         {
             frame.record_and_hand_over(commands, slot, buffer, handover)?;
         }
+        self.follow();
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, cast_slice};
 
 use super::{
-    Device, Kind, Method, Resource, Settings, Step,
+    Device, Kind, Resource, Settings, Step,
     cpu::Store,
     plan::{self, Extent, Plan},
     pose::PoseUpload,
@@ -75,10 +75,7 @@ impl Machine {
                     operators,
                 },
             ) => {
-                let slices = match settings.method {
-                    Method::Tracking => u64::from(settings.max_slices()),
-                    _ => 1,
-                };
+                let slices = u64::from(settings.max_slices());
                 let mut all = plan.steps.clone();
                 if settings.method.has_fields() {
                     all.extend(plan::measure_iso(&statics.sizes));
@@ -91,7 +88,7 @@ impl Machine {
                     resources,
                     frame,
                     plan,
-                    spans: Vec::new(),
+                    spans: Vec::with_capacity(settings.max_runs()),
                     layout,
                 })))
             }

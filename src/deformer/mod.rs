@@ -84,8 +84,8 @@ impl Deformer {
         let volumes = volumes::prepare(device, &rig, &statics, settings)?;
         let mut deformer = Self {
             machine: Machine::new(device, &statics, volumes, settings)?,
-            upload: PoseUpload::default(),
-            tracking: Tracking::default(),
+            upload: PoseUpload::with_room(&statics, settings.max_slices() as usize),
+            tracking: Tracking::with_room(&rig.skeleton),
             settings: *settings,
             statics,
             rig,
@@ -104,11 +104,12 @@ impl Deformer {
         self.set_pose(pose)?;
         let begin = Instant::now();
         self.machine.advance(&self.upload)?;
+        self.follow();
         self.record_ns = begin.elapsed().as_nanos() as u64;
         Ok(())
     }
 
-    /// Fills the upload for a pose.
+    /// Fills the upload for a pose; what fails leaves the skin as it was.
     fn set_pose(&mut self, pose: &Pose) -> Result<()> {
         pose.validate(&self.rig.skeleton)?;
         if self.settings.method == Method::Tracking {

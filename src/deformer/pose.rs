@@ -24,9 +24,26 @@ pub(super) struct PoseUpload {
     substeps: Vec<Substep>,
     /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
+    /// What carries the skin of the pose before to the last slice's.
+    changes: Pose,
 }
 
 impl PoseUpload {
+    /// With room for this many slices, so that no frame allocates.
+    pub(super) fn with_room(statics: &Statics, slices: usize) -> Self {
+        let joints = statics.joints;
+        Self {
+            palette: Vec::with_capacity(slices * joints),
+            fields: Vec::with_capacity(slices * statics.fields_bytes()),
+            substeps: Vec::with_capacity(slices),
+            motions: Vec::with_capacity(joints),
+            changes: Pose {
+                matrices: Vec::with_capacity(joints),
+            },
+            ..Self::default()
+        }
+    }
+
     /// Bytes of [`super::Resource::PaletteRing`].
     pub(super) fn palette(&self) -> &[u8] {
         cast_slice(&self.palette)
@@ -90,19 +107,23 @@ impl PoseUpload {
         let first = self.palette.len();
         self.palette.extend(pose.matrices.iter().map(joint_pose));
         let added = &mut self.palette[first..];
-        let changes = before.map(|before| changes(before, pose));
-        let changes = changes.as_ref().unwrap_or(pose);
+        let mut changes = std::mem::take(&mut self.changes);
+        match before {
+            Some(before) => put_changes(before, pose, &mut changes),
+            None => changes.clone_from(pose),
+        }
         let stretched = added.iter().any(is_stretched);
         added[0].stretch1[3] = f32::from(u8::from(stretched));
         self.motions.clear();
         let since_rest = motions(rig, statics, pose);
-        let both = motions(rig, statics, changes).zip(since_rest);
+        let both = motions(rig, statics, &changes).zip(since_rest);
         self.motions.extend(both.map(|(a, b)| [a, b]));
         let numbered = self.motions.iter().zip(&changes.matrices);
         for (joint, (motion, change)) in added.iter_mut().zip(numbered) {
             joint.set_motions(*motion);
             joint.change = rows(change);
         }
+        self.changes = changes;
         self.fields
             .resize((self.slices + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, before, pose);
@@ -205,11 +226,12 @@ fn to_model(rig: &Rig, pose: &Pose, row: usize) -> Mat4 {
 }
 
 /// What carries the skin of one pose to another, a matrix a joint.
-fn changes(from: &Pose, to: &Pose) -> Pose {
+fn put_changes(from: &Pose, to: &Pose, changes: &mut Pose) {
     let pairs = from.matrices.iter().zip(&to.matrices);
-    Pose {
-        matrices: pairs.map(|(a, b)| *b * a.inverse()).collect(),
-    }
+    changes.matrices.clear();
+    changes
+        .matrices
+        .extend(pairs.map(|(a, b)| *b * a.inverse()));
 }
 
 /// For every joint the first joint's field that moves as it does anywhere on the character.
@@ -217,18 +239,26 @@ fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u3
     let (reach, still) = (statics.reach, statics.still);
     let of_field = |i: usize| &pose.matrices[rig.fields[i].joint as usize];
     pose.matrices.iter().map(move |joint| {
+        let still = still_in(joint, still);
         let as_one = |i: &usize| moves_as(joint, of_field(*i), reach, still);
         let first = (0..rig.fields.len() - rig.primitives.len()).find(as_one);
         first.map_or(NO_MOTION, |i| i as u32)
     })
 }
 
-/// Two motions carry points up to `reach` from the origin to within `still` of each other, both in rest units.
+/// A distance in rest units where a motion carries it: a model that is smaller than its rest pose has smaller parts, too.
+fn still_in(motion: &Mat4, still: f32) -> f32 {
+    let axes = [motion.x_axis, motion.y_axis, motion.z_axis];
+    still
+        * axes
+            .map(|axis| axis.length())
+            .into_iter()
+            .fold(f32::INFINITY, f32::min)
+}
+
+/// Two motions carry points up to `reach` from the origin, in rest units, to within `still` of each other.
 fn moves_as(a: &Mat4, b: &Mat4, reach: f32, still: f32) -> bool {
     let apart = |k: usize| (a.col(k) - b.col(k)).abs().max_element();
-    let lengths = [a.x_axis, a.y_axis, a.z_axis].map(|axis| axis.length());
-    // A model that is smaller than its rest pose has smaller parts, too.
-    let still = still * lengths.into_iter().fold(f32::INFINITY, f32::min);
     apart(3) <= still && apart(0).max(apart(1)).max(apart(2)) * reach + apart(3) <= still
 }
 
@@ -324,6 +354,7 @@ mod tests {
 
     #[test]
     fn motions_are_one_where_points_end_together_at_the_models_scale() {
+        let moves_as = |a: &Mat4, b: &Mat4, reach, still| moves_as(a, b, reach, still_in(a, still));
         let turn = Mat4::from_rotation_x(0.3);
         let shifted = |by: f32| Mat4::from_translation(Vec3::X * by) * turn;
         assert!(moves_as(&turn, &shifted(0.5e-5), 2.0, 1e-5));

@@ -119,14 +119,26 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Most slices of poses of a frame of tracking: of sub-steps and of their halves.
+    /// Most slices of poses of a frame: in tracking those of sub-steps and of their halves.
     pub(super) fn max_slices(&self) -> u32 {
-        3 * self.max_substeps
+        match self.method {
+            Method::Tracking => 3 * self.max_substeps,
+            Method::Lbs | Method::Dqs | Method::Implicit => 1,
+        }
     }
 
     /// Most rounds of a frame of tracking.
     pub(super) fn max_rounds(&self) -> u32 {
         self.max_slices() * self.iterations.div_ceil(ROUND)
+    }
+
+    /// Most runs of steps in a row: of a slice its begin, its rounds and its end, of the frame its begin and its end.
+    pub(super) fn max_runs(&self) -> usize {
+        let rounds = match self.method {
+            Method::Tracking => self.max_rounds(),
+            Method::Lbs | Method::Dqs | Method::Implicit => 0,
+        };
+        (2 + 2 * self.max_slices() + rounds) as usize
     }
 
     /// # Errors

@@ -1,15 +1,19 @@
 //! Virtual sub-steps of tracking (2014, section 5.2): poses between two poses, so that no joint turns too far at once.
 
-use super::{Settings, plan::ROUND};
+use super::{
+    Settings,
+    plan::{ROUND, Substep},
+};
 use crate::{
     Result,
     rig::{Pose, Skeleton, degrees},
 };
 
-/// Poses on the way from one pose to another, the last being that other.
-#[derive(Clone, Debug, PartialEq)]
+/// How a frame goes from one pose to another, over poses in even steps between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Substeps {
-    pub(super) poses: Vec<Pose>,
+    /// Their number, at least one.
+    pub(super) count: u32,
     /// The furthest that any joint turns on the way, degrees.
     pub(super) turned: f32,
     /// Rounds of iterations of each.
@@ -21,35 +25,42 @@ pub(super) struct Substeps {
 }
 
 impl Substeps {
-    /// Poses in the middle of each sub-step from `start` on; none where the sub-steps are too small for halves.
-    pub(super) fn halves(&self, skeleton: &Skeleton, start: &Pose) -> Result<Vec<Pose>> {
-        let pairs = std::iter::once(start).chain(&self.poses).zip(&self.poses);
-        let half = |(a, b): (&Pose, &Pose)| Pose::interpolate(skeleton, a, b, 0.5);
-        pairs.filter(|_| self.halves).map(half).collect()
+    /// The sub-steps between two validated poses.
+    pub(super) fn new(skeleton: &Skeleton, settings: &Settings, from: &Pose, to: &Pose) -> Self {
+        let joints = 0..skeleton.joints.len();
+        let turns = joints.filter_map(|j| Turn::of(skeleton, from, to, j));
+        let (needed, turned) = turns.fold((1, 0.0), |(needed, turned), turn| {
+            let (wanted, degrees) = (turn.substeps(settings), turn.degrees);
+            (wanted.max(needed), f32::max(turned, degrees))
+        });
+        let count = needed.min(settings.max_substeps);
+        Self {
+            count,
+            turned,
+            rounds: rounds(settings, turned / count as f32),
+            halves: turned / count as f32 > settings.halving_degrees,
+            capped: needed > count,
+        }
     }
-}
 
-/// The sub-steps between two validated poses.
-pub(super) fn substeps(
-    skeleton: &Skeleton,
-    settings: &Settings,
-    from: &Pose,
-    to: &Pose,
-) -> Result<Substeps> {
-    let turns: Vec<Turn> = (0..skeleton.joints.len())
-        .filter_map(|j| Turn::of(skeleton, from, to, j))
-        .collect();
-    let needed = turns.iter().map(|t| t.substeps(settings)).fold(1, u32::max);
-    let count = needed.min(settings.max_substeps);
-    let pose = |k: u32| Pose::interpolate(skeleton, from, to, k as f32 / count as f32);
-    let turned = turns.iter().map(|t| t.degrees).fold(0.0, f32::max);
-    Ok(Substeps {
-        poses: (1..=count).map(pose).collect::<Result<_>>()?,
-        turned,
-        rounds: rounds(settings, turned / count as f32),
-        halves: turned / count as f32 > settings.halving_degrees,
-        capped: needed > count,
-    })
+    /// Each of them.
+    pub(super) fn substep(&self) -> Substep {
+        Substep {
+            rounds: self.rounds,
+            halves: self.halves,
+        }
+    }
+
+    /// The pose at the end of sub-step `k`, from 1 on; the last is `to`. Keeps the memory that `pose` has.
+    pub(super) fn put_pose(
+        &self,
+        skeleton: &Skeleton,
+        [from, to]: [&Pose; 2],
+        k: u32,
+        pose: &mut Pose,
+    ) -> Result<()> {
+        pose.put_between(skeleton, from, to, k as f32 / self.count as f32)
+    }
 }
 
 /// Rounds of a sub-step in which no joint turns further than `degrees`.
@@ -97,11 +108,15 @@ mod tests {
         Pose::from_local(&skeleton(), &degrees.map(turn)).unwrap()
     }
 
-    fn count(from: [f32; 4], to: [f32; 4]) -> (usize, bool) {
+    fn count(from: [f32; 4], to: [f32; 4]) -> (u32, bool) {
         let s = skeleton();
-        let made = substeps(&s, &Settings::default(), &bent(from), &bent(to)).unwrap();
-        assert_eq!(made.poses.last(), Some(&bent(to)));
-        (made.poses.len(), made.capped)
+        let (from, to) = (bent(from), bent(to));
+        let made = Substeps::new(&s, &Settings::default(), &from, &to);
+        let mut last = Pose::default();
+        made.put_pose(&s, [&from, &to], made.count, &mut last)
+            .unwrap();
+        assert_eq!(last, to);
+        (made.count, made.capped)
     }
 
     #[test]
@@ -129,8 +144,8 @@ mod tests {
             ..Settings::default()
         };
         let (rest, far) = (bent([0.0; 4]), bent([0.0, 150.0, 0.0, 0.0]));
-        let made = substeps(&skeleton(), &settings, &rest, &far).unwrap();
-        assert!(made.capped && made.poses.len() == 4);
+        let made = Substeps::new(&skeleton(), &settings, &rest, &far);
+        assert!(made.capped && made.count == 4);
     }
 
     #[test]

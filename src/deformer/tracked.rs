@@ -4,16 +4,12 @@ mod bytes;
 
 use glam::Vec3;
 
-use super::{
-    Deformer, Method, Resource,
-    plan::{self, Substep},
-    substeps::substeps,
-};
+use super::{Deformer, Method, Resource, plan, substeps::Substeps};
 use crate::{
     Error, Result,
     layout::Dispatch,
     report::Iterations,
-    rig::{Pose, Rig},
+    rig::{Pose, Rig, Skeleton},
 };
 
 /// What a tracked skin goes on from: a pose and the vertices that follow it.
@@ -73,12 +69,50 @@ impl TrackedState {
     }
 }
 
-/// What the façade keeps of tracking.
+/// What the façade keeps of tracking, with memory that is reused from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct Tracking {
-    /// The pose that the skin follows; none where the next one is reached from rest.
-    pose: Option<Pose>,
-    capped: bool,
+    /// What the skin follows.
+    pose: Pose,
+    /// It follows a pose; else the next one is reached from rest.
+    posed: bool,
+    /// A reset or restore failed halfway: what lies on the device is no state.
+    broken: bool,
+    /// The last frame.
+    frame: Substeps,
+    /// The frame that is in the upload, and its pose.
+    next: Substeps,
+    next_pose: Pose,
+    way: Way,
+}
+
+/// Poses on the way to another.
+#[derive(Debug, Default)]
+struct Way {
+    start: Pose,
+    /// End of the sub-step before.
+    last: Pose,
+    /// What the skin followed then.
+    before: Pose,
+    half: Pose,
+}
+
+impl Tracking {
+    /// With room for all poses.
+    pub(super) fn with_room(skeleton: &Skeleton) -> Self {
+        let room = || Pose::rest(skeleton);
+        Self {
+            pose: room(),
+            next_pose: room(),
+            way: Way {
+                start: room(),
+                last: room(),
+                before: room(),
+                half: room(),
+            },
+            ..Self::default()
+        }
+    }
 }
 
 impl Deformer {
@@ -91,7 +125,7 @@ impl Deformer {
         if self.settings.method == Method::Tracking {
             let rest = TrackedState::rest(&self.rig);
             self.put_state(&rest)?;
-            self.tracking.pose = None;
+            self.tracking.posed = false;
         }
         Ok(())
     }
@@ -104,8 +138,9 @@ impl Deformer {
         if self.settings.method != Method::Tracking {
             return Ok(None);
         }
+        self.check_state()?;
         Ok(Some(TrackedState {
-            pose: self.tracking.pose.clone(),
+            pose: self.tracking.posed.then(|| self.tracking.pose.clone()),
             tracked: self.machine.read(Resource::Tracked)?,
             before: self.machine.read(Resource::TrackedBefore)?,
             slopes: self.machine.read(Resource::TrackedSlopes)?,
@@ -127,62 +162,104 @@ impl Deformer {
             return Err(Error::argument("state", "it is of another character"));
         }
         self.put_state(state)?;
-        self.tracking.pose = state.pose.clone();
+        self.tracking.posed = state.pose.is_some();
+        if let Some(pose) = &state.pose {
+            self.tracking.pose.clone_from(pose);
+        }
         Ok(())
     }
 
     fn put_state(&mut self, state: &TrackedState) -> Result<()> {
         self.machine.wait()?;
+        self.tracking.broken = true;
         self.machine.write(Resource::Tracked, &state.tracked)?;
         self.machine.write(Resource::TrackedBefore, &state.before)?;
         self.machine.write(Resource::TrackedSlopes, &state.slopes)?;
         self.machine
             .write(Resource::Corrections, &state.corrections)?;
-        self.machine.write(Resource::Around, &state.around)
+        self.machine.write(Resource::Around, &state.around)?;
+        self.tracking.broken = false;
+        Ok(())
+    }
+
+    fn check_state(&self) -> Result<()> {
+        if self.tracking.broken {
+            let reason = "a reset or restore failed halfway; it has to be done again";
+            return Err(Error::argument("state", reason));
+        }
+        Ok(())
     }
 
     /// Fills the upload with the sub-steps to a validated pose.
     pub(super) fn upload_substeps(&mut self, pose: &Pose) -> Result<()> {
-        let (rig, skeleton) = (&self.rig, &self.rig.skeleton);
-        let tracked = &self.tracking.pose;
-        let start = tracked.clone().unwrap_or_else(|| at_root(rig, pose));
-        let steps = substeps(skeleton, &self.settings, &start, pose)?;
-        let halves = steps.halves(skeleton, &start)?;
+        self.check_state()?;
         let layout = self.machine.layout();
-        self.upload.begin(steps.turned);
-        // At rest the tracked skin is not yet where the root carries it.
-        let mut before = tracked.clone().unwrap_or_else(|| Pose::rest(skeleton));
-        for (row, pose) in steps.poses.iter().enumerate() {
-            let mut push = |from: &Pose, to: &Pose| {
-                self.upload
-                    .push(rig, &self.statics, &layout, Some(from), to);
-            };
-            push(&before, pose);
-            if let Some(half) = halves.get(row) {
-                push(&before, half);
-                push(half, pose);
-            }
-            self.upload.end_substep(Substep {
-                rounds: steps.rounds,
-                halves: steps.halves,
-            });
-            before.clone_from(pose);
+        let Self {
+            rig,
+            statics,
+            settings,
+            upload,
+            tracking,
+            ..
+        } = self;
+        let skeleton = &rig.skeleton;
+        let Way {
+            start,
+            last,
+            before,
+            half,
+        } = &mut tracking.way;
+        if tracking.posed {
+            start.clone_from(&tracking.pose);
+            before.clone_from(start);
+        } else {
+            // At rest the tracked skin is not yet where the root carries it.
+            before.put_rest(skeleton);
+            put_at_root(rig, pose, start);
         }
-        self.tracking = Tracking {
-            pose: Some(pose.clone()),
-            capped: steps.capped,
-        };
+        last.clone_from(start);
+        let steps = Substeps::new(skeleton, settings, start, pose);
+        let substep = steps.substep();
+        let end = &mut tracking.next_pose;
+        upload.begin(steps.turned);
+        for k in 1..=steps.count {
+            steps.put_pose(skeleton, [start, pose], k, end)?;
+            let mut push = |from: &Pose, to: &Pose| {
+                upload.push(rig, statics, &layout, Some(from), to);
+            };
+            push(before, end);
+            if substep.halves {
+                half.put_between(skeleton, last, end, 0.5)?;
+                push(before, half);
+                push(half, end);
+            }
+            upload.end_substep(substep);
+            last.clone_from(end);
+            before.clone_from(end);
+        }
+        tracking.next = steps;
         Ok(())
+    }
+
+    /// The frame in the upload is on its way: a tracked skin follows its pose.
+    pub(super) fn follow(&mut self) {
+        if self.settings.method != Method::Tracking {
+            return;
+        }
+        let tracking = &mut self.tracking;
+        std::mem::swap(&mut tracking.pose, &mut tracking.next_pose);
+        (tracking.posed, tracking.frame) = (true, tracking.next);
     }
 
     /// Iterations of the last tracked frame.
     pub(super) fn tracking_iterations(&mut self) -> Result<Iterations> {
         let history = self.machine.read::<Dispatch>(Resource::History)?;
-        let substeps = self.upload.substeps();
-        let rounds = substeps.iter().map(|s| (s.rounds * s.slices()) as usize);
+        let frame = self.tracking.frame;
+        let substep = frame.substep();
+        let rounds = (substep.rounds * substep.slices()) as usize;
         let heads: Vec<_> = history
             .chunks_exact(plan::rows::COUNT as usize)
-            .take(rounds.sum())
+            .take(frame.count as usize * rounds)
             .collect();
         let live = heads
             .iter()
@@ -193,23 +270,20 @@ impl Deformer {
             .sum();
         // The first round of a first half tells whether there are halves.
         let mut halved = 0;
-        let mut first = 0;
-        for substep in substeps {
+        for first in (0..frame.count as usize).map(|k| k * rounds) {
             let half = first + substep.rounds as usize;
-            first += (substep.rounds * substep.slices()) as usize;
             let redo = substep.halves && heads[half][plan::rows::REDO as usize].groups[0] > 0;
             halved += u32::from(redo);
         }
-        let count = substeps.len() as u32;
         let seeds = self.machine.read::<Dispatch>(Resource::SeedDispatches)?[0].count;
         Ok(Iterations {
             newton_mean: evaluations as f64 / f64::from(seeds.max(1)),
             newton_max: run * (plan::ROUND / plan::STRIDE),
             rounds: run,
             jacobi: run * plan::ROUND,
-            substeps: count,
+            substeps: frame.count,
             halved,
-            capped: self.tracking.capped,
+            capped: frame.capped,
             evaluations,
             fetches: 0,
         })
@@ -217,15 +291,14 @@ impl Deformer {
 }
 
 /// The rest pose with the roots where a pose has them.
-fn at_root(rig: &Rig, pose: &Pose) -> Pose {
-    let mut start = Pose::rest(&rig.skeleton);
+fn put_at_root(rig: &Rig, pose: &Pose, start: &mut Pose) {
+    start.put_rest(&rig.skeleton);
     for (j, joint) in rig.skeleton.joints.iter().enumerate() {
         start.matrices[j] = match joint.parent {
             Some(parent) => start.matrices[parent],
             None => pose.matrices[j],
         };
     }
-    start
 }
 
 /// Vertices at rest with a triangle whose normal faces along the gradient (`shaders/judge.comp`).

@@ -111,89 +111,101 @@ impl Barrier {
     }
 }
 
-/// What happened to one resource since its last write.
-#[derive(Clone, Copy, Debug, Default)]
-struct State {
+/// Follows all resources through a frame: a row a resource, and what happened to it since its last write. Each column is an array
+/// of its own, so that a barrier passes over all rows at once.
+#[derive(Debug)]
+pub(super) struct Hazards {
     /// The last write.
-    write: Uses,
+    write: Vec<Uses>,
     /// Uses that see it.
-    visible: Uses,
+    visible: Vec<Uses>,
     /// Reads after it.
-    reads: Uses,
+    reads: Vec<Uses>,
     /// Uses that come after all these reads.
-    ordered: Uses,
+    ordered: Vec<Uses>,
 }
 
-impl State {
+impl Hazards {
+    pub(super) fn new(resources: usize) -> Self {
+        let column = || vec![Uses::default(); resources];
+        Self {
+            write: column(),
+            visible: column(),
+            reads: column(),
+            ordered: column(),
+        }
+    }
+
+    /// Forgets everything: all that happened before is waited for.
+    pub(super) fn clear(&mut self) {
+        for column in [
+            &mut self.write,
+            &mut self.visible,
+            &mut self.reads,
+            &mut self.ordered,
+        ] {
+            column.fill(Uses::default());
+        }
+    }
+
+    /// The barrier that has to come before a step with these uses (a resource a row, each resource once).
+    pub(super) fn step(&mut self, uses: &[(usize, Uses)]) -> Option<Barrier> {
+        let mut barrier = Barrier::default();
+        for (row, uses) in uses {
+            let hazard = self.hazard(*row, *uses);
+            barrier.from = barrier.from.with(hazard.from);
+            barrier.to = barrier.to.with(hazard.to);
+        }
+        let needed = !barrier.from.is_empty();
+        if needed {
+            self.pass(barrier);
+        }
+        for (row, uses) in uses {
+            self.use_for(*row, *uses);
+        }
+        needed.then_some(barrier)
+    }
+
     /// What has to be waited for, and by what, before these uses.
-    fn hazard(&self, uses: Uses) -> Barrier {
+    fn hazard(&self, row: usize, uses: Uses) -> Barrier {
+        let (write, reads) = (self.write[row], self.reads[row]);
         let mut barrier = Barrier::default();
         let writes = uses.writes();
-        if !self.write.is_empty() && !self.visible.contains(uses) {
+        if !write.is_empty() && !self.visible[row].contains(uses) {
             barrier = Barrier {
-                from: self.write,
+                from: write,
                 to: uses,
             };
         }
-        if !writes.is_empty() && !self.reads.is_empty() && !self.ordered.contains(writes) {
-            barrier.from = barrier.from.with(self.reads);
+        if !writes.is_empty() && !reads.is_empty() && !self.ordered[row].contains(writes) {
+            barrier.from = barrier.from.with(reads);
             barrier.to = barrier.to.with(writes);
         }
         barrier
     }
 
     fn pass(&mut self, barrier: Barrier) {
-        if !self.write.is_empty() && barrier.from.contains(self.write) {
-            self.visible = self.visible.with(barrier.to);
+        let Barrier { from, to } = barrier;
+        for (write, visible) in self.write.iter().zip(&mut self.visible) {
+            let seen = !write.is_empty() & from.contains(*write);
+            *visible = visible.with(if seen { to } else { Uses::default() });
         }
-        if barrier.from.stages().contains(self.reads) {
-            self.ordered = self.ordered.with(barrier.to.stages());
+        let (from, to) = (from.stages(), to.stages());
+        for (reads, ordered) in self.reads.iter().zip(&mut self.ordered) {
+            let waited = from.contains(*reads);
+            *ordered = ordered.with(if waited { to } else { Uses::default() });
         }
     }
 
-    fn use_for(&mut self, uses: Uses) {
+    fn use_for(&mut self, row: usize, uses: Uses) {
+        self.ordered[row] = Uses::default();
         if uses.writes().is_empty() {
-            self.reads = self.reads.with(uses);
-            self.ordered = Uses::default();
+            self.reads[row] = self.reads[row].with(uses);
         } else {
-            *self = Self {
-                write: uses.writes(),
-                ..Self::default()
-            };
+            self.write[row] = uses.writes();
+            self.visible[row] = Uses::default();
+            self.reads[row] = Uses::default();
         }
-    }
-}
-
-/// Follows all resources through a frame.
-#[derive(Debug)]
-pub(super) struct Hazards(Vec<State>);
-
-impl Hazards {
-    pub(super) fn new(resources: usize) -> Self {
-        Self(vec![State::default(); resources])
-    }
-
-    /// Forgets everything: all that happened before is waited for.
-    pub(super) fn clear(&mut self) {
-        self.0.fill(State::default());
-    }
-
-    /// The barrier that has to come before a step with these uses (a resource a row, each resource once).
-    pub(super) fn step(&mut self, uses: &[(usize, Uses)]) -> Option<Barrier> {
-        let mut barrier = Barrier::default();
-        for (resource, uses) in uses {
-            let hazard = self.0[*resource].hazard(*uses);
-            barrier.from = barrier.from.with(hazard.from);
-            barrier.to = barrier.to.with(hazard.to);
-        }
-        let needed = !barrier.from.is_empty();
-        if needed {
-            self.0.iter_mut().for_each(|state| state.pass(barrier));
-        }
-        for (resource, uses) in uses {
-            self.0[*resource].use_for(*uses);
-        }
-        needed.then_some(barrier)
     }
 }
 

@@ -7,7 +7,7 @@ use std::{
 
 use ash::{ext, khr, vk};
 
-use super::fault::{Subject, lock};
+use super::fault::{Subject, lock, vulkan};
 use crate::{Error, Result};
 
 /// Lowest Vulkan version that dermis runs on.
@@ -216,12 +216,23 @@ fn create(
     }
     // SAFETY: every pointer in `info` is to a value alive until the call returns; the canary is kept by the caller for
     // as long as the instance lives.
-    unsafe { entry.create_instance(&info, None) }.map_err(|code| Error::NoDevice {
+    unsafe { entry.create_instance(&info, None) }.map_err(no_instance)
+}
+
+fn no_instance(code: vk::Result) -> Error {
+    use vk::Result as Code;
+    if matches!(
+        code,
+        Code::ERROR_OUT_OF_HOST_MEMORY | Code::ERROR_OUT_OF_DEVICE_MEMORY
+    ) {
+        return vulkan("vkCreateInstance", "instance", code);
+    }
+    Error::NoDevice {
         reason: format!(
             "vkCreateInstance: {code:?}; without a driver install one, on Debian \
              `apt install mesa-vulkan-drivers`, or use the cpu device"
         ),
-    })
+    }
 }
 
 /// Warnings and errors of the validation layers. Messages of the loader about other drivers are left out: they tell of

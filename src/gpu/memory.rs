@@ -4,7 +4,7 @@ use std::{collections::HashMap, sync::Mutex};
 
 use ash::vk;
 use gpu_allocator::{
-    AllocationSizes, MemoryLocation,
+    AllocationError, AllocationSizes, MemoryLocation,
     vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc},
 };
 
@@ -171,7 +171,7 @@ impl Memory {
                 linear,
                 allocation_scheme: AllocationScheme::GpuAllocatorManaged,
             })
-            .map_err(|e| request.refuse(bytes, e.to_string()))?;
+            .map_err(|e| request.refuse(bytes, reason(&e)))?;
         let row = ledger.next;
         ledger.next += 1;
         ledger.total += bytes;
@@ -225,5 +225,18 @@ impl Memory {
     /// Gives all memory back to the driver; for the device's end.
     pub(crate) fn close(&self) {
         lock(&self.ledger).allocator = None;
+    }
+}
+
+/// Why there is no memory, with the call that failed.
+fn reason(error: &AllocationError) -> String {
+    match error {
+        AllocationError::OutOfMemory => {
+            let code = vk::Result::ERROR_OUT_OF_DEVICE_MEMORY;
+            format!("vkAllocateMemory failed: {code:?}")
+        }
+        AllocationError::FailedToMap(code) => format!("vkMapMemory failed: {code}"),
+        // Names vkAllocateMemory where it failed otherwise.
+        other => other.to_string(),
     }
 }

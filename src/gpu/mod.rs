@@ -116,6 +116,15 @@ impl Gpu {
         self.shared.profile.set(profile);
     }
 
+    /// Fails where the device was lost: with the error of the call that found it, the same from then on. Nothing made with it
+    /// works any more, but all can be dropped, and the device opened anew.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`](crate::Error::Vulkan) with code `ERROR_DEVICE_LOST`.
+    pub fn check(&self) -> Result<()> {
+        self.shared.queue.check()
+    }
+
     /// The optional features in use.
     pub fn features(&self) -> Features {
         self.shared.features

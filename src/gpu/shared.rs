@@ -177,14 +177,10 @@ impl Shared {
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // SAFETY: all handles made with the device hold this struct, so none is left; after a lost device the wait fails
-        // and destroying is still allowed. Memory goes before the device, the device before the instance.
+        self.queue.drain(&self.device);
+        // SAFETY: all handles made with the device hold this struct, so none is left; all submissions are done, or the
+        // device is lost and destroying is still allowed. Memory goes before the device, the device before the instance.
         unsafe {
-            match self.owner {
-                Owner::Dermis => _ = self.device.device_wait_idle(),
-                // The host may be submitting to other queues.
-                Owner::Host(_) => _ = self.wait_all("device"),
-            }
             for (_, grave) in std::mem::take(&mut *lock(&self.graveyard)) {
                 self.destroy(grave);
             }

@@ -83,7 +83,10 @@ impl Timestamps {
                 .device
                 .get_query_pool_results(self.raw, 0, ticks, flags)
         };
-        read.is_ok()
+        let queue = &self.shared.queue;
+        queue
+            .note(read, "vkGetQueryPoolResults", "timestamps")
+            .is_ok()
     }
 }
 

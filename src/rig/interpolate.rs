@@ -20,21 +20,34 @@ impl Pose {
         if !(0.0..=1.0).contains(&t) {
             return Err(Error::argument("t", format!("{t} is not in 0 to 1")));
         }
+        let mut pose = Self::default();
+        pose.put_between(skeleton, a, b, t)?;
+        Ok(pose)
+    }
+
+    /// [`Pose::interpolate`] of valid poses, into the memory that this one has.
+    pub(crate) fn put_between(
+        &mut self,
+        skeleton: &Skeleton,
+        a: &Self,
+        b: &Self,
+        t: f32,
+    ) -> Result<()> {
         if t == 0.0 || t == 1.0 {
-            return Ok(if t == 0.0 { a.clone() } else { b.clone() });
+            self.clone_from(if t == 0.0 { a } else { b });
+            return Ok(());
         }
-        let mut global: Vec<Mat4> = Vec::with_capacity(skeleton.joints.len());
+        let global = &mut self.matrices;
+        global.clear();
         for (j, joint) in skeleton.joints.iter().enumerate() {
             let (from, to) = (local(skeleton, a, j), local(skeleton, b, j));
             let parent = joint.parent.map_or(Mat4::IDENTITY, |p| global[p]);
             global.push(parent * between(from, to, t));
         }
-        let matrices = skeleton.joints.iter().zip(global);
-        let pose = Self {
-            matrices: matrices.map(|(j, g)| g * j.inverse_bind).collect(),
-        };
-        pose.validate(skeleton)?;
-        Ok(pose)
+        for (matrix, joint) in global.iter_mut().zip(&skeleton.joints) {
+            *matrix *= joint.inverse_bind;
+        }
+        self.validate(skeleton)
     }
 }
 

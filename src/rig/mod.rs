@@ -63,7 +63,7 @@ pub struct Skeleton {
 }
 
 /// A posed skeleton.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Pose {
     /// Rest → model space, one a joint; identity is the rest pose.
     pub matrices: Vec<Mat4>,

@@ -8,12 +8,30 @@ use crate::{Error, Result};
 /// Least determinant of a usable matrix, as a share of the product of its column lengths' bound.
 const SINGULAR: f64 = 1e-9;
 
+impl Clone for Pose {
+    fn clone(&self) -> Self {
+        let matrices = self.matrices.clone();
+        Self { matrices }
+    }
+
+    /// Keeps the memory that this pose has.
+    fn clone_from(&mut self, other: &Self) {
+        self.matrices.clone_from(&other.matrices);
+    }
+}
+
 impl Pose {
     /// The rest pose: every matrix is the identity.
     pub fn rest(skeleton: &Skeleton) -> Self {
         Self {
             matrices: vec![Mat4::IDENTITY; skeleton.joints.len()],
         }
+    }
+
+    /// Becomes the rest pose, in the memory that it has.
+    pub(crate) fn put_rest(&mut self, skeleton: &Skeleton) {
+        self.matrices.clear();
+        self.matrices.resize(skeleton.joints.len(), Mat4::IDENTITY);
     }
 
     /// Composes transforms of the joints in their own frames: G'_j = G'_parent · (bind_parent⁻¹ bind_j) · local_j, and

@@ -3,25 +3,42 @@
 #![allow(clippy::undocumented_unsafe_blocks)]
 
 use std::{
+    cell::Cell,
     ffi::{CStr, c_char, c_void},
     ptr::{null, null_mut},
 };
 
 use dermis::capi::*;
 
+use crate::host_device::HostDevice;
+
 /// Arguments of all functions; pointers are into the fixture's own storage.
 pub(crate) struct Arguments {
     pub(crate) context: dm_context,
     pub(crate) rig: dm_rig,
     pub(crate) deformer: dm_deformer,
-    /// Passed in place of each pointer that must not be NULL where it is.
-    pub(crate) null: bool,
-    /// Sizes of all structs.
-    pub(crate) size: Option<u32>,
+    pub(crate) output: dm_output,
+    /// A host's device, where there is one.
+    pub(crate) host: Option<HostDevice>,
+    /// The pointer that is NULL, counted in the order in which a call asks for them.
+    pub(crate) null: Option<usize>,
+    /// The struct that has another size, counted likewise, and its size.
+    pub(crate) size: Option<(usize, u32)>,
+    asked: Cell<Asked>,
     pub(crate) storage: Storage,
 }
 
+/// What a call has asked for.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Asked {
+    pub(crate) pointers: usize,
+    pub(crate) sizes: usize,
+    /// The pointer that is NULL may be.
+    pub(crate) optional: bool,
+}
+
 /// Room for results, and inputs.
+#[derive(Default)]
 pub(crate) struct Storage {
     pub(crate) numbers: Vec<f32>,
     pub(crate) indices: Vec<u32>,
@@ -38,6 +55,7 @@ pub(crate) enum Takes {
     Context,
     Rig,
     Deformer,
+    Output,
 }
 
 /// One function.
@@ -51,7 +69,7 @@ pub(crate) struct Call {
     pub(crate) run: unsafe fn(&mut Arguments) -> dm_result,
 }
 
-const fn call(
+pub(crate) const fn call(
     name: &'static str,
     handle: Takes,
     pointer: bool,
@@ -68,8 +86,69 @@ const fn call(
 }
 
 impl Arguments {
-    fn of<T>(&self, pointer: *mut T) -> *mut T {
-        if self.null { null_mut() } else { pointer }
+    pub(crate) fn new(
+        (context, rig, deformer): (dm_context, dm_rig, dm_deformer),
+        storage: Storage,
+    ) -> Self {
+        Self {
+            context,
+            rig,
+            deformer,
+            output: dm_output::default(),
+            host: None,
+            null: None,
+            size: None,
+            asked: Cell::default(),
+            storage,
+        }
+    }
+
+    /// The host's device; only functions that need one ask for it.
+    pub(crate) fn host(&self) -> &HostDevice {
+        self.host.as_ref().unwrap()
+    }
+
+    /// Begins a call.
+    pub(crate) fn begin(&self) {
+        self.asked.take();
+    }
+
+    /// What the last call has asked for.
+    pub(crate) fn asked(&self) -> Asked {
+        self.asked.get()
+    }
+
+    /// The next pointer is the one that is NULL.
+    pub(crate) fn is_null(&self, optional: bool) -> bool {
+        let mut asked = self.asked.get();
+        let null = self.null == Some(asked.pointers);
+        asked.pointers += 1;
+        asked.optional |= null && optional;
+        self.asked.set(asked);
+        null
+    }
+
+    /// A pointer that must not be NULL.
+    pub(crate) fn of<T>(&self, pointer: *mut T) -> *mut T {
+        if self.is_null(false) {
+            null_mut()
+        } else {
+            pointer
+        }
+    }
+
+    /// A pointer that may be NULL.
+    fn may<T>(&self, pointer: *mut T) -> *mut T {
+        if self.is_null(true) {
+            null_mut()
+        } else {
+            pointer
+        }
+    }
+
+    /// A pointer to what is read, that must not be NULL.
+    pub(crate) fn from<T>(&self, rows: &[T]) -> *const T {
+        self.of(rows.as_ptr().cast_mut())
     }
 
     fn bytes(&mut self) -> *mut u8 {
@@ -87,8 +166,15 @@ impl Arguments {
         self.of(pointer)
     }
 
-    fn size<T>(&self) -> u32 {
-        self.size.unwrap_or(size_of::<T>() as u32)
+    pub(crate) fn size<T>(&self) -> u32 {
+        let mut asked = self.asked.get();
+        let row = asked.sizes;
+        asked.sizes += 1;
+        self.asked.set(asked);
+        match self.size {
+            Some((wrong, size)) if wrong == row => size,
+            _ => size_of::<T>() as u32,
+        }
     }
 
     fn text(&self, text: &CStr) -> *const c_char {
@@ -111,7 +197,7 @@ pub(crate) unsafe extern "C" fn count(
 unsafe extern "C" fn pass(_user: *mut c_void, _pass: *const dm_pass_timing) {}
 
 /// The result of making an object, which is destroyed where there is one.
-fn made(result: dm_result, destroy: impl FnOnce() -> dm_result) -> dm_result {
+pub(crate) fn made(result: dm_result, destroy: impl FnOnce() -> dm_result) -> dm_result {
     if result == dm_result::DM_OK {
         return destroy();
     }
@@ -131,7 +217,35 @@ pub(crate) fn cpu() -> dm_context_desc {
     }
 }
 
-use Takes::{Context, Deformer, Nothing, Rig};
+/// The options of a preparation, with all that they may have.
+struct Options {
+    options: dm_rig_options,
+    _joints: Box<[dm_joint_options; 1]>,
+}
+
+unsafe fn options(a: &Arguments) -> Options {
+    unsafe {
+        let mut joints = Box::new([std::mem::zeroed::<dm_joint_options>()]);
+        joints[0].size = a.size::<dm_joint_options>();
+        joints[0].name = a.text(c"lower");
+        let mut options: dm_rig_options = std::mem::zeroed();
+        options.size = a.size::<dm_rig_options>();
+        (options.joint_count, options.joints) = (1, a.from(&joints[..]));
+        Options {
+            options,
+            _joints: joints,
+        }
+    }
+}
+
+use Takes::{Context, Deformer, Nothing, Output, Rig};
+
+/// Functions with a second handle.
+pub(crate) const SECOND: [(&str, Takes); 3] = [
+    ("dm_deformer_create", Rig),
+    ("dm_output_create", Deformer),
+    ("dm_frame_record", Output),
+];
 
 /// All functions that return a result. The destroying ones get handles of their own.
 #[rustfmt::skip]
@@ -139,7 +253,7 @@ pub(crate) const CALLS: &[Call] = &[
     call("dm_context_create", Nothing, true, true, |a| unsafe {
         let mut desc = dm_context_desc { size: a.size::<dm_context_desc>(), ..cpu() };
         let mut out = dm_context::default();
-        let result = dm_context_create(a.of(&mut desc), &mut out);
+        let result = dm_context_create(a.of(&mut desc), a.of(&mut out));
         made(result, || dm_context_destroy(out))
     }),
     call("dm_context_destroy", Context, false, false, |a| dm_context_destroy(a.context)),
@@ -148,7 +262,7 @@ pub(crate) const CALLS: &[Call] = &[
         dm_context_memory(a.context, a.of(&mut out))
     }),
     call("dm_context_allocations", Context, true, false, |a| unsafe {
-        let report: dm_allocation_report = if a.null { None } else { Some(count) };
+        let report: dm_allocation_report = if a.is_null(false) { None } else { Some(count) };
         dm_context_allocations(a.context, report, null_mut())
     }),
     call("dm_rig_options_default", Nothing, true, true, |a| unsafe {
@@ -157,19 +271,24 @@ pub(crate) const CALLS: &[Call] = &[
         dm_rig_options_default(a.of(&mut out))
     }),
     call("dm_rig_load", Nothing, true, true, |a| unsafe {
-        let mut options: dm_rig_options = std::mem::zeroed();
-        options.size = a.size::<dm_rig_options>();
+        let mut options = options(a);
         let mut out = dm_rig::default();
         let path = crate::raw::path();
-        let result = dm_rig_load(a.text(&path), &options, &mut out);
+        let result = dm_rig_load(a.text(&path), a.may(&mut options.options), a.of(&mut out));
         made(result, || dm_rig_destroy(out))
     }),
     call("dm_rig_create", Nothing, true, true, |a| unsafe {
         let mesh = crate::raw::Mesh::tube();
         let mut desc = mesh.desc();
         desc.size = a.size::<dm_mesh_desc>();
+        desc.positions = a.of(desc.positions.cast_mut());
+        desc.indices = a.of(desc.indices.cast_mut());
+        desc.parents = a.of(desc.parents.cast_mut());
+        desc.bind = a.of(desc.bind.cast_mut());
+        let mut options: dm_rig_options = std::mem::zeroed();
+        options.size = a.size::<dm_rig_options>();
         let mut out = dm_rig::default();
-        let result = dm_rig_create(a.of(&mut desc), null(), &mut out);
+        let result = dm_rig_create(a.of(&mut desc), a.may(&mut options), a.of(&mut out));
         made(result, || dm_rig_destroy(out))
     }),
     call("dm_rig_destroy", Rig, false, false, |a| dm_rig_destroy(a.rig)),
@@ -178,11 +297,11 @@ pub(crate) const CALLS: &[Call] = &[
         dm_rig_get_info(a.rig, a.of(&mut out))
     }),
     call("dm_rig_joint", Rig, true, false, |a| unsafe {
-        dm_rig_joint(a.rig, a.text(c"lower"), &mut 0)
+        dm_rig_joint(a.rig, a.text(c"lower"), a.of(&mut 0))
     }),
     call("dm_rig_joint_name", Rig, true, false, |a| unsafe {
         let out = a.bytes().cast();
-        dm_rig_joint_name(a.rig, 0, out, a.storage.bytes.len(), &mut 0)
+        dm_rig_joint_name(a.rig, 0, out, a.storage.bytes.len(), a.may(&mut 0))
     }),
     call("dm_rig_joint_info", Rig, true, true, |a| unsafe {
         let mut out = dm_joint_info { size: a.size::<dm_joint_info>(), ..Default::default() };
@@ -190,7 +309,7 @@ pub(crate) const CALLS: &[Call] = &[
     }),
     call("dm_rig_clip_name", Rig, true, false, |a| unsafe {
         let out = a.bytes().cast();
-        dm_rig_clip_name(a.rig, 0, out, a.storage.bytes.len(), &mut 0)
+        dm_rig_clip_name(a.rig, 0, out, a.storage.bytes.len(), a.may(&mut 0))
     }),
     call("dm_rig_indices", Rig, true, false, |a| unsafe {
         let out = a.indices();
@@ -205,11 +324,11 @@ pub(crate) const CALLS: &[Call] = &[
     }),
     call("dm_rig_pose_local", Rig, true, false, |a| unsafe {
         let local = a.numbers();
-        dm_rig_pose_local(a.rig, local, a.storage.numbers.as_mut_ptr(), a.storage.joints)
+        dm_rig_pose_local(a.rig, local, a.numbers(), a.storage.joints)
     }),
     call("dm_rig_pose_interpolate", Rig, true, false, |a| unsafe {
-        let (from, to) = (a.storage.numbers.as_ptr(), a.numbers());
-        dm_rig_pose_interpolate(a.rig, from, to, 0.5, a.storage.numbers.as_mut_ptr(), a.storage.joints)
+        let (from, to) = (a.numbers(), a.numbers());
+        dm_rig_pose_interpolate(a.rig, from, to, 0.5, a.numbers(), a.storage.joints)
     }),
     call("dm_settings_default", Nothing, true, true, |a| unsafe {
         let mut out: dm_settings = std::mem::zeroed();
@@ -223,7 +342,7 @@ pub(crate) const CALLS: &[Call] = &[
         settings.size = a.size::<dm_settings>();
         settings.method = DM_DQS;
         let mut out = dm_deformer::default();
-        let result = dm_deformer_create(a.context, a.rig, &settings, a.of(&mut out));
+        let result = dm_deformer_create(a.context, a.rig, a.may(&mut settings), a.of(&mut out));
         made(result, || dm_deformer_destroy(out))
     }),
     call("dm_deformer_destroy", Deformer, false, false, |a| dm_deformer_destroy(a.deformer)),
@@ -234,12 +353,25 @@ pub(crate) const CALLS: &[Call] = &[
     call("dm_deformer_read", Deformer, true, true, |a| unsafe {
         let mut skin: dm_skin = std::mem::zeroed();
         (skin.size, skin.vertices) = (a.size::<dm_skin>(), a.storage.vertices);
+        let count = a.storage.vertices as usize;
+        let mut vectors = [vec![0f32; 3 * count], vec![0f32; 3 * count]];
+        let mut numbers = [vec![0f32; count], vec![0f32; count]];
+        let (mut states, mut bones) = (vec![0u8; count], vec![0u16; count]);
+        skin.positions = a.may(vectors[0].as_mut_ptr());
+        skin.normals = a.may(vectors[1].as_mut_ptr());
+        skin.fields = a.may(numbers[0].as_mut_ptr());
+        skin.isos = a.may(numbers[1].as_mut_ptr());
+        skin.states = a.may(states.as_mut_ptr());
+        skin.bones = a.may(bones.as_mut_ptr());
         dm_deformer_read(a.deformer, a.of(&mut skin))
     }),
     call("dm_deformer_reset", Deformer, false, false, |a| dm_deformer_reset(a.deformer)),
     call("dm_deformer_save", Deformer, true, false, |a| unsafe {
         let out = a.bytes().cast();
-        dm_deformer_save(a.deformer, out, a.storage.bytes.len(), &mut a.storage.needed)
+        let mut needed = a.storage.needed;
+        let result = dm_deformer_save(a.deformer, out, a.storage.bytes.len(), a.may(&mut needed));
+        a.storage.needed = needed;
+        result
     }),
     call("dm_deformer_restore", Deformer, true, false, |a| unsafe {
         let state = a.bytes().cast();
@@ -254,7 +386,7 @@ pub(crate) const CALLS: &[Call] = &[
         dm_deformer_timings(a.deformer, a.of(&mut out))
     }),
     call("dm_deformer_passes", Deformer, true, false, |a| unsafe {
-        let report: dm_pass_report = if a.null { None } else { Some(pass) };
+        let report: dm_pass_report = if a.is_null(false) { None } else { Some(pass) };
         dm_deformer_passes(a.deformer, report, null_mut())
     }),
 ];

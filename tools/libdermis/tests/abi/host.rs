@@ -16,16 +16,6 @@ use crate::{
     last_error, no_gpu, raw,
 };
 
-/// Functions that need a device, swept here and, dm_devices, in `tells`.
-pub(crate) const HOST_CALLS: [&str; 6] = [
-    "dm_context_adopt",
-    "dm_devices",
-    "dm_frame_record",
-    "dm_output_create",
-    "dm_output_destroy",
-    "dm_vulkan_get_requirements",
-];
-
 #[track_caller]
 fn refused(result: dm_result, wanted: dm_result, named: &str) {
     assert_eq!(result, wanted, "{}", last_error());
@@ -72,7 +62,8 @@ pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
     }
 }
 
-fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
+/// A context on a host's device, called directly, the arm, and a deformer.
+pub(crate) fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
     arm_of(&desc(host))
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::undocumented_unsafe_blocks)]
 
 use std::{
-    ffi::{CStr, c_void},
+    ffi::{CStr, c_char, c_void},
     sync::Mutex,
 };
 
@@ -40,15 +40,19 @@ pub(crate) struct HostDevice {
 }
 
 impl HostDevice {
+    /// With validation.
     pub(crate) fn new() -> Self {
+        Self::with_layers(&[c"VK_LAYER_KHRONOS_validation".as_ptr()])
+    }
+
+    pub(crate) fn with_layers(layers: &[*const c_char]) -> Self {
         unsafe {
             let entry = Entry::load().unwrap();
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_2);
-            let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
             let extensions = [ext::debug_utils::NAME.as_ptr()];
             let info = vk::InstanceCreateInfo::default()
                 .application_info(&application)
-                .enabled_layer_names(&layers)
+                .enabled_layer_names(layers)
                 .enabled_extension_names(&extensions);
             let instance = entry.create_instance(&info, None).unwrap();
             let debug = ext::debug_utils::Instance::new(&entry, &instance);
@@ -106,17 +110,24 @@ impl HostDevice {
         }
     }
 
-    /// Records, submits and waits.
-    pub(crate) fn run(&self, record: impl FnOnce()) {
+    /// Records.
+    pub(crate) fn record(&self, record: impl FnOnce()) {
         let info = vk::CommandBufferBeginInfo::default();
-        let commands = [self.commands];
-        let submit = vk::SubmitInfo::default().command_buffers(&commands);
         unsafe {
             self.device
                 .begin_command_buffer(self.commands, &info)
                 .unwrap();
             record();
             self.device.end_command_buffer(self.commands).unwrap();
+        }
+    }
+
+    /// Records, submits and waits.
+    pub(crate) fn run(&self, record: impl FnOnce()) {
+        let commands = [self.commands];
+        let submit = vk::SubmitInfo::default().command_buffers(&commands);
+        self.record(record);
+        unsafe {
             self.device
                 .queue_submit(self.queue, &[submit], vk::Fence::null())
                 .unwrap();

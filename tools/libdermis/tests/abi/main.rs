@@ -5,6 +5,7 @@ mod calls;
 mod compiler;
 mod facade;
 mod host;
+mod host_calls;
 mod host_device;
 mod misuse;
 mod raw;

@@ -8,7 +8,7 @@ use std::{
 use dermis::capi::{dm_result::*, *};
 
 use crate::{
-    calls::{Arguments, CALLS, Call, Storage, Takes, cpu},
+    calls::{Arguments, CALLS, Call, SECOND, Storage, Takes, cpu},
     fine, last_error, raw,
 };
 
@@ -36,25 +36,20 @@ fn arguments() -> Arguments {
         let out = bytes.as_mut_ptr().cast();
         fine(dm_deformer_save(deformer, out, needed, null_mut()));
         let identity = glam::Mat4::IDENTITY.to_cols_array();
-        Arguments {
-            context,
-            rig,
-            deformer,
-            null: false,
-            size: None,
-            storage: Storage {
-                numbers: identity.repeat(info.joints as usize),
-                indices: vec![0; 3 * info.triangles as usize],
-                bytes,
-                joints: info.joints as usize,
-                vertices: info.vertices,
-                needed,
-            },
-        }
+        let storage = Storage {
+            numbers: identity.repeat(info.joints as usize),
+            indices: vec![0; 3 * info.triangles as usize],
+            bytes,
+            joints: info.joints as usize,
+            vertices: info.vertices,
+            needed,
+        };
+        Arguments::new((context, rig, deformer), storage)
     }
 }
 
 fn run(call: &Call, arguments: &mut Arguments) -> dm_result {
+    arguments.begin();
     // SAFETY: see `calls`.
     unsafe { (call.run)(arguments) }
 }
@@ -71,47 +66,78 @@ fn destroys(call: &Call) -> bool {
     call.name.ends_with("_destroy")
 }
 
+/// Each pointer is NULL and each size is wrong in turn, everything else being right.
+pub(crate) fn sweep_arguments(call: &Call, a: &mut Arguments) {
+    fine(run(call, a));
+    let asked = a.asked();
+    let mut refusing = 0;
+    for row in 0..asked.pointers {
+        a.null = Some(row);
+        let result = run(call, a);
+        if a.asked().optional {
+            fine(result);
+        } else {
+            refusing += 1;
+            refused(call, a, DM_ERROR_NULL);
+            assert!(last_error().contains("NULL"), "{}", last_error());
+        }
+    }
+    a.null = None;
+    assert_eq!(refusing > 0, call.pointer, "{}", call.name);
+    assert_eq!(asked.sizes > 0, call.sized, "{}", call.name);
+    for row in 0..asked.sizes {
+        for size in [0, 1, 3, 1000, u32::MAX] {
+            a.size = Some((row, size));
+            refused(call, a, DM_ERROR_STRUCT_SIZE);
+            assert!(last_error().contains(&size.to_string()));
+        }
+    }
+    a.size = None;
+    // Still usable.
+    fine(run(call, a));
+}
+
+/// A handle of each kind, by kind.
+fn handle(a: &mut Arguments, kind: Takes) -> Option<&mut u64> {
+    match kind {
+        Takes::Nothing => None,
+        Takes::Context => Some(&mut a.context.id),
+        Takes::Rig => Some(&mut a.rig.id),
+        Takes::Deformer => Some(&mut a.deformer.id),
+        Takes::Output => Some(&mut a.output.id),
+    }
+}
+
+/// Each handle is zero, of another kind, of another number, in turn.
+pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
+    let all = [a.context.id, a.rig.id, a.deformer.id, a.output.id];
+    let second = SECOND.iter().find(|s| s.0 == call.name).map(|s| s.1);
+    for kind in std::iter::once(call.handle).chain(second) {
+        let Some(own) = handle(a, kind).map(|id| *id) else {
+            continue;
+        };
+        let foreign = all.into_iter().filter(|id| *id != own);
+        let never = [0, 1, own + 1, own ^ 1 << 40, own ^ 1 << 63, u64::MAX];
+        for id in foreign.chain(never) {
+            // A frame may have no output.
+            if kind == Takes::Output && call.name == "dm_frame_record" && id == 0 {
+                continue;
+            }
+            *handle(a, kind).unwrap() = id;
+            refused(call, a, DM_ERROR_HANDLE);
+        }
+        *handle(a, kind).unwrap() = own;
+    }
+}
+
 #[test]
 fn every_function_refuses_what_is_wrong() {
     let mut a = arguments();
     for call in CALLS.iter().filter(|call| !destroys(call)) {
-        fine(run(call, &mut a));
-        if call.pointer {
-            a.null = true;
-            refused(call, &mut a, DM_ERROR_NULL);
-            assert!(last_error().contains("is NULL"), "{}", last_error());
-            a.null = false;
-        }
-        if call.sized {
-            for size in [0, 1, 3, 1000, u32::MAX] {
-                a.size = Some(size);
-                refused(call, &mut a, DM_ERROR_STRUCT_SIZE);
-                assert!(last_error().contains(&size.to_string()));
-            }
-            a.size = None;
-        }
-        // Still usable.
-        fine(run(call, &mut a));
+        sweep_arguments(call, &mut a);
     }
-    let live = (a.context, a.rig, a.deformer);
-    for call in CALLS.iter().filter(|call| call.handle != Takes::Nothing) {
-        let own = match call.handle {
-            Takes::Context => live.0.id,
-            Takes::Rig => live.1.id,
-            _ => live.2.id,
-        };
-        let foreign = [live.0.id, live.1.id, live.2.id];
-        let foreign = foreign.into_iter().filter(|id| *id != own);
-        let never = [0, 1, own + 1, own ^ 1 << 40, own ^ 1 << 63, u64::MAX];
-        for id in foreign.chain(never) {
-            match call.handle {
-                Takes::Context => a.context.id = id,
-                Takes::Rig => a.rig.id = id,
-                _ => a.deformer.id = id,
-            }
-            refused(call, &mut a, DM_ERROR_HANDLE);
-        }
-        (a.context, a.rig, a.deformer) = live;
+    for call in CALLS {
+        sweep_handles(call, &mut a);
     }
     // In any order: what a deformer needs lives on.
     fine(dm_context_destroy(a.context));

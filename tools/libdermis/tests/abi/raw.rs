@@ -32,27 +32,30 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// A closed tube along x with two joints, without weights.
     pub(crate) fn tube() -> Self {
-        const RINGS: u32 = 17;
-        const SIDES: u32 = 12;
+        Self::tube_of(17, 12)
+    }
+
+    /// The same with this many rings of vertices.
+    pub(crate) fn tube_of(rings: u32, sides: u32) -> Self {
         let mut mesh = Self::default();
-        for ring in 0..RINGS {
-            for side in 0..SIDES {
-                let angle = std::f32::consts::TAU * side as f32 / SIDES as f32;
-                let x = 4.0 * ring as f32 / (RINGS - 1) as f32;
+        for ring in 0..rings {
+            for side in 0..sides {
+                let angle = std::f32::consts::TAU * side as f32 / sides as f32;
+                let x = 4.0 * ring as f32 / (rings - 1) as f32;
                 mesh.positions
                     .push([x, 0.4 * angle.cos(), 0.4 * angle.sin()]);
             }
         }
-        let at = |ring: u32, side: u32| ring * SIDES + side % SIDES;
-        for ring in 0..RINGS - 1 {
-            for side in 0..SIDES {
+        let at = |ring: u32, side: u32| ring * sides + side % sides;
+        for ring in 0..rings - 1 {
+            for side in 0..sides {
                 let (a, b) = (at(ring, side), at(ring, side + 1));
                 let (c, d) = (at(ring + 1, side), at(ring + 1, side + 1));
                 mesh.indices.extend([[a, b, c], [c, b, d]]);
             }
         }
-        for side in 1..SIDES - 1 {
-            let last = RINGS - 1;
+        for side in 1..sides - 1 {
+            let last = rings - 1;
             mesh.indices.push([at(0, 0), at(0, side + 1), at(0, side)]);
             mesh.indices
                 .push([at(last, 0), at(last, side), at(last, side + 1)]);

@@ -1,0 +1,170 @@
+//! Any call of Vulkan that can fail does: dermis answers with an error that names the call, leaves nothing behind, and goes on
+//! as if nothing had been.
+#![allow(clippy::unwrap_used)]
+
+mod functions;
+#[path = "../abi/host_device.rs"]
+mod host_device;
+#[cfg(target_os = "linux")]
+mod owned;
+#[allow(dead_code, reason = "the other tests use the rest")]
+#[path = "../abi/raw.rs"]
+mod raw;
+mod scenario;
+mod state;
+mod sweep;
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    path::PathBuf,
+    ptr::{null, null_mut},
+};
+
+use ash::vk::{self, Handle as _};
+use dermis::capi::{dm_result::*, *};
+
+use host_device::{BYTES, HostDevice};
+use scenario::{Character, Way};
+use sweep::Codes;
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn last_error() -> String {
+    // SAFETY: never NULL, and valid until the next call.
+    let text = unsafe { CStr::from_ptr(dm_last_error()) };
+    text.to_str().unwrap().to_owned()
+}
+
+#[track_caller]
+fn fine(result: dm_result) {
+    assert_eq!(result, DM_OK, "{}", last_error());
+}
+
+fn no_gpu() -> bool {
+    let skip = std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1");
+    if skip {
+        eprintln!("skipped: DERMIS_NO_GPU=1");
+    }
+    skip
+}
+
+/// The host's buffer as an output of 24 bytes a vertex.
+fn output(host: &HostDevice) -> dm_output_desc {
+    dm_output_desc {
+        size: size_of::<dm_output_desc>() as u32,
+        stride: 24,
+        buffer: host.buffer.as_raw(),
+        bytes: BYTES,
+        offset: 0,
+        normal_offset: 12,
+        normal_format: DM_NORMAL_F32,
+        stages: vk::PipelineStageFlags::VERTEX_INPUT.as_raw(),
+        access: vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
+        queue_family: DM_SAME_FAMILY,
+        reserved: 0,
+    }
+}
+
+/// A tube of two joints, bent further from pose to pose; coarse, so that its fields take little time.
+fn tube(method: u32) -> Character {
+    let mesh = raw::Mesh::tube_of(5, 4);
+    let mut rig = dm_rig::default();
+    // SAFETY: the arrays are as long as the description says.
+    fine(unsafe { dm_rig_create(&mesh.desc(), null(), &mut rig) });
+    let mut info = dm_rig_info {
+        size: size_of::<dm_rig_info>() as u32,
+        ..Default::default()
+    };
+    // SAFETY: lives until the call returns.
+    fine(unsafe { dm_rig_get_info(rig, &mut info) });
+    assert_eq!(info.fields, 2);
+    let pose = |degrees: f32| {
+        let turn = glam::Mat4::from_rotation_z(degrees.to_radians());
+        let local = [glam::Mat4::IDENTITY, turn].map(|m| m.to_cols_array());
+        let mut matrices = vec![0f32; 32];
+        // SAFETY: one matrix a joint in both.
+        fine(unsafe { dm_rig_pose_local(rig, local.as_ptr().cast(), matrices.as_mut_ptr(), 2) });
+        matrices
+    };
+    Character {
+        rig,
+        method,
+        vertices: mesh.positions.len() as u32,
+        poses: [8.0, 16.0, 24.0, 32.0, 40.0].map(pose).to_vec(),
+    }
+}
+
+/// On a device of the host's.
+struct Adopted(HostDevice);
+
+impl Way for Adopted {
+    fn create(&self, out: &mut dm_context) -> dm_result {
+        type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
+        let get: vk::PFN_vkGetInstanceProcAddr = functions::get_instance_proc_addr;
+        let host = &self.0;
+        let desc = dm_vulkan_desc {
+            size: size_of::<dm_vulkan_desc>() as u32,
+            api_version: DM_API_VERSION,
+            // SAFETY: the same function with the header's names for its types.
+            get_instance_proc_addr: Some(unsafe {
+                std::mem::transmute::<vk::PFN_vkGetInstanceProcAddr, Get>(get)
+            }),
+            instance: host.instance.handle().as_raw() as *mut _,
+            physical_device: host.physical.as_raw() as *mut _,
+            device: host.device.handle().as_raw() as *mut _,
+            queue: host.queue.as_raw() as *mut _,
+            queue_family: 0,
+            features: 0,
+            budget: 0,
+            log: Some(state::tell),
+            log_user: null_mut(),
+        };
+        // SAFETY: the host lives on.
+        unsafe { dm_context_adopt(&desc, out) }
+    }
+
+    fn host(&self) -> Option<&HostDevice> {
+        Some(&self.0)
+    }
+}
+
+/// A host's own device.
+fn adopted(method: u32, host: HostDevice, codes: Codes) {
+    functions::load_from(host.entry.static_fn().get_instance_proc_addr);
+    let character = tube(method);
+    let way = Adopted(host);
+    sweep::every_call(&way, &character, codes);
+    if method == DM_TRACKING {
+        sweep::broken_state(&way, &character);
+    }
+    fine(dm_rig_destroy(character.rig));
+    for object in state::forget() {
+        functions::destroy(&way.0.device, object);
+    }
+    assert_eq!(way.0.end(), Vec::<String>::new());
+}
+
+#[test]
+fn on_a_hosts_device_any_call_may_fail() {
+    if !no_gpu() {
+        adopted(DM_IMPLICIT, HostDevice::with_layers(&[]), Codes::All);
+    }
+}
+
+#[test]
+fn on_a_hosts_device_any_call_may_fail_in_tracking() {
+    if !no_gpu() {
+        adopted(DM_TRACKING, HostDevice::with_layers(&[]), Codes::InTurn);
+    }
+}
+
+/// Whatever fails, dermis uses Vulkan as it has to.
+#[test]
+fn on_a_validated_device_any_call_may_fail() {
+    if !no_gpu() {
+        adopted(DM_DQS, HostDevice::new(), Codes::All);
+    }
+}
