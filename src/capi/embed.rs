@@ -130,6 +130,7 @@ fn layout(desc: &dm_output_desc) -> Outcome<VertexLayout> {
     Ok(VertexLayout {
         offset: desc.offset,
         stride: u64::from(desc.stride),
+        instance_stride: 0,
         normals,
     })
 }

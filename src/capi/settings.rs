@@ -112,6 +112,7 @@ impl dm_settings {
         };
         Ok(Settings {
             method: *method,
+            instances: 1,
             sigma: self.sigma,
             tolerance: self.tolerance,
             contact_degrees: self.contact_degrees,

@@ -1,5 +1,7 @@
 //! A pose as the passes read it: palette of joints, posed fields, bounds of the index.
 
+use std::mem::offset_of;
+
 use bytemuck::{bytes_of, cast_slice};
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 
@@ -13,14 +15,28 @@ use crate::{
 /// Stretches closer to the identity than this count as rigid.
 const RIGID: f64 = 1e-5;
 
-/// Uploads of one frame, a slice a sub-step; its buffers are reused from frame to frame.
+/// What an instance does in a slice of tracking, beside others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turn {
+    /// Its last round of iterations, counted from the frame's beginning.
+    pub(super) last_round: u32,
+    /// Its skin is carried on; otherwise it has arrived.
+    pub(super) carried: bool,
+    /// Faults have the step done again in halves.
+    pub(super) halves: bool,
+}
+
+/// Uploads of one frame: a slice a sub-step and in it a part an instance. Its buffers are reused from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
-    slices: usize,
+    /// Parts of all slices so far.
+    parts: usize,
+    /// Parts of a slice.
+    instances: usize,
     substeps: Vec<Substep>,
-    /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
+    /// Numbers of the motions of every joint in the last part, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
 }
 
@@ -40,16 +56,25 @@ impl PoseUpload {
         &self.substeps
     }
 
-    /// The posed fields of the last slice.
+    /// The posed fields of the first instance in the last slice.
     pub(super) fn last_fields(&self) -> &[u8] {
-        let bytes = self.fields.len() / self.slices.max(1);
-        &self.fields[self.fields.len() - bytes..]
+        let bytes = self.fields.len() / self.parts.max(1);
+        let first = self.parts.saturating_sub(self.instances.max(1)) * bytes;
+        &self.fields[first..first + bytes]
     }
 
-    /// One slice, from a validated pose.
-    pub(super) fn set(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
-        self.clear();
-        self.push(rig, statics, layout, None, pose);
+    /// One slice, from validated poses.
+    pub(super) fn set(
+        &mut self,
+        rig: &Rig,
+        statics: &Statics,
+        layout: &AtlasLayout,
+        poses: &[Pose],
+    ) {
+        self.clear(poses.len());
+        for pose in poses {
+            self.push(rig, statics, layout, None, pose);
+        }
         self.substeps.push(Substep {
             rounds: 0,
             halves: false,
@@ -62,14 +87,40 @@ impl PoseUpload {
     }
 
     /// No slices.
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear(&mut self, instances: usize) {
         self.palette.clear();
         self.fields.clear();
-        self.slices = 0;
+        (self.parts, self.instances) = (0, instances);
         self.substeps.clear();
     }
 
-    /// Adds a slice from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
+    /// What the instance of the part added last does in its slice.
+    pub(super) fn set_turn(&mut self, turn: Turn) {
+        let bytes = self.fields.len() / self.parts;
+        let first = self.fields.len() - bytes + offset_of!(FieldsHead, turn);
+        let flag = |x: bool| f32::from(u8::from(x));
+        let turn = [
+            turn.last_round as f32,
+            flag(turn.carried),
+            flag(turn.halves),
+            0.0,
+        ];
+        self.fields[first..first + size_of_val(&turn)].copy_from_slice(bytes_of(&turn));
+    }
+
+    /// Adds the part that the same instance has in the slice before, for one that has arrived.
+    pub(super) fn repeat(&mut self) {
+        let before = self.parts - self.instances;
+        let joints = self.palette.len() / self.parts;
+        let bytes = self.fields.len() / self.parts;
+        let of = |length: usize| before * length..(before + 1) * length;
+        self.palette.extend_from_within(of(joints));
+        self.fields.extend_from_within(of(bytes));
+        self.parts += 1;
+        self.set_turn(Turn::default());
+    }
+
+    /// Adds a part from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
     pub(super) fn push(
         &mut self,
         rig: &Rig,
@@ -95,9 +146,9 @@ impl PoseUpload {
             joint.change = rows(change);
         }
         self.fields
-            .resize((self.slices + 1) * statics.fields_bytes(), 0);
+            .resize((self.parts + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, before, pose);
-        self.slices += 1;
+        self.parts += 1;
     }
 
     fn set_fields(
@@ -120,7 +171,7 @@ impl PoseUpload {
             .reduce(join)
             .unwrap_or((Vec3::ZERO, Vec3::ONE));
         let inverse = CELLS as f32 / (high - low).max(Vec3::splat(1e-6));
-        let first_byte = self.slices * statics.fields_bytes();
+        let first_byte = self.parts * statics.fields_bytes();
         let head = first_byte + size_of::<FieldsHead>();
         for (i, to_model) in posed.enumerate() {
             let (first, last) = extent(&to_model);
@@ -155,6 +206,7 @@ impl PoseUpload {
             grid_origin: low.extend(statics.cell_words() as f32).to_array(),
             grid_inverse: inverse.extend(fields as f32).to_array(),
             box_scale: box_scale.extend(scale).to_array(),
+            turn: [0.0, 1.0, 0.0, 0.0],
         };
         self.fields[first_byte..head].copy_from_slice(bytes_of(&content));
     }

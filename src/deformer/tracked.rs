@@ -5,13 +5,11 @@ mod bytes;
 use glam::Vec3;
 
 use super::{
-    Deformer, Method, Resource,
-    plan::{self, Substep},
-    substeps::substeps,
+    Deformer, Resource, plan,
+    ways::{Context, Way},
 };
 use crate::{
-    Error, Result,
-    layout::Dispatch,
+    Result,
     report::Iterations,
     rig::{Pose, Rig},
 };
@@ -22,15 +20,15 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedState {
     /// None where the next pose is reached from rest.
-    pose: Option<Pose>,
+    pub(super) pose: Option<Pose>,
     /// Welded vertices in model space; w: movement in the last iteration, over the radius.
-    tracked: Vec<[f32; 4]>,
+    pub(super) tracked: Vec<[f32; 4]>,
     /// The same one iteration ago.
-    before: Vec<[f32; 4]>,
+    pub(super) before: Vec<[f32; 4]>,
     /// Gradients of the last evaluation.
-    slopes: Vec<[f32; 4]>,
+    pub(super) slopes: Vec<[f32; 4]>,
     /// Fields that moved with each vertex in the last sub-step.
-    around: Vec<u32>,
+    pub(super) around: Vec<u32>,
 }
 
 impl TrackedState {
@@ -44,7 +42,7 @@ impl TrackedState {
         self.tracked.iter().map(|p| Vec3::from_slice(p))
     }
 
-    fn rest(rig: &Rig) -> Self {
+    pub(super) fn rest(rig: &Rig) -> Self {
         let positions = rig.mesh.positions.iter();
         let tracked: Vec<[f32; 4]> = positions.map(|p| p.extend(0.0).to_array()).collect();
         Self {
@@ -57,7 +55,7 @@ impl TrackedState {
         }
     }
 
-    fn fits(&self, rig: &Rig) -> bool {
+    pub(super) fn fits(&self, rig: &Rig) -> bool {
         let vertices = rig.mesh.positions.len();
         let fits = |rows: &Vec<[f32; 4]>| {
             rows.len() == vertices && rows.iter().flatten().all(|x| x.is_finite())
@@ -73,153 +71,102 @@ impl TrackedState {
 /// What the façade keeps of tracking.
 #[derive(Debug, Default)]
 pub(super) struct Tracking {
-    /// The pose that the skin follows; none where the next one is reached from rest.
-    pose: Option<Pose>,
+    /// The poses that the instances' skins follow; none where the next one is reached from rest.
+    pub(super) poses: Vec<Option<Pose>>,
     capped: bool,
 }
 
+impl Tracking {
+    pub(super) fn new(instances: u32) -> Self {
+        Self {
+            poses: vec![None; instances as usize],
+            capped: false,
+        }
+    }
+}
+
 impl Deformer {
-    /// Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts, and to make a frame
-    /// depend on its pose alone. Nothing else than tracking has such a state.
+    /// Forgets the tracked skins of all instances: their next poses are reached from rest, whatever came before. For cuts, and
+    /// to make a frame depend on its poses alone. Nothing else than tracking has such a state.
     ///
     /// # Errors
     /// Vulkan errors.
     pub fn reset(&mut self) -> Result<()> {
-        if self.settings.method == Method::Tracking {
-            let rest = TrackedState::rest(&self.rig);
-            self.put_state(&rest)?;
-            self.tracking.pose = None;
-        }
-        Ok(())
+        (0..self.instances()).try_for_each(|row| self.instance(row)?.reset())
     }
 
-    /// The state that the next frame goes on from; none for methods other than tracking. Waits for the last frame.
+    /// The state that the next frame of the first instance goes on from; none for methods other than tracking. Waits for the
+    /// last frame. [`Deformer::instance`] has the others.
     ///
     /// # Errors
     /// Vulkan errors.
     pub fn save(&mut self) -> Result<Option<TrackedState>> {
-        if self.settings.method != Method::Tracking {
-            return Ok(None);
-        }
-        Ok(Some(TrackedState {
-            pose: self.tracking.pose.clone(),
-            tracked: self.machine.read(Resource::Tracked)?,
-            before: self.machine.read(Resource::TrackedBefore)?,
-            slopes: self.machine.read(Resource::TrackedSlopes)?,
-            around: self.machine.read(Resource::Around)?,
-        }))
+        self.instance(0)?.save()
     }
 
-    /// Goes on from a saved state.
+    /// Lets the first instance go on from a saved state. [`Deformer::instance`] has the others.
     ///
     /// # Errors
-    /// [`Error::Argument`] with subject `state` where the method is not tracking or the state is another character's;
-    /// Vulkan errors.
+    /// [`Error::Argument`](crate::Error::Argument) with subject `state` where the method is not tracking or the state is
+    /// another character's; Vulkan errors.
     pub fn restore(&mut self, state: &TrackedState) -> Result<()> {
-        if self.settings.method != Method::Tracking {
-            return Err(Error::argument("state", "only tracking has one"));
-        }
-        if !state.fits(&self.rig) {
-            return Err(Error::argument("state", "it is of another character"));
-        }
-        self.put_state(state)?;
-        self.tracking.pose = state.pose.clone();
-        Ok(())
+        self.instance(0)?.restore(state)
     }
 
-    fn put_state(&mut self, state: &TrackedState) -> Result<()> {
-        self.machine.wait()?;
-        self.machine.write(Resource::Tracked, &state.tracked)?;
-        self.machine.write(Resource::TrackedBefore, &state.before)?;
-        self.machine.write(Resource::TrackedSlopes, &state.slopes)?;
-        self.machine.write(Resource::Around, &state.around)
-    }
-
-    /// Fills the upload with the sub-steps to a validated pose.
-    pub(super) fn upload_substeps(&mut self, pose: &Pose) -> Result<()> {
-        let (rig, skeleton) = (&self.rig, &self.rig.skeleton);
-        let tracked = &self.tracking.pose;
-        let start = tracked.clone().unwrap_or_else(|| at_root(rig, pose));
-        let steps = substeps(skeleton, &self.settings, &start, pose)?;
-        let halves = steps.halves(skeleton, &start)?;
-        let layout = self.machine.layout();
-        self.upload.clear();
-        // At rest the tracked skin is not yet where the root carries it.
-        let mut before = tracked.clone().unwrap_or_else(|| Pose::rest(skeleton));
-        for (row, pose) in steps.poses.iter().enumerate() {
-            let mut push = |from: &Pose, to: &Pose| {
-                self.upload
-                    .push(rig, &self.statics, &layout, Some(from), to);
-            };
-            push(&before, pose);
-            if let Some(half) = halves.get(row) {
-                push(&before, half);
-                push(half, pose);
-            }
-            self.upload.end_substep(Substep {
-                rounds: steps.rounds,
-                halves: steps.halves,
-            });
-            before.clone_from(pose);
-        }
-        self.tracking = Tracking {
-            pose: Some(pose.clone()),
-            capped: steps.capped,
+    /// Fills the upload with the sub-steps to validated poses, one an instance.
+    pub(super) fn upload_substeps(&mut self, poses: &[Pose]) -> Result<()> {
+        let pairs = self.tracking.poses.iter().zip(poses);
+        let way = |(tracked, pose): (&Option<Pose>, &Pose)| {
+            Way::new(&self.rig, &self.settings, tracked.as_ref(), pose)
         };
+        let ways: Vec<Way> = pairs.map(way).collect::<Result<_>>()?;
+        let context = Context {
+            rig: &self.rig,
+            statics: &self.statics,
+            layout: self.machine.layout(),
+        };
+        context.upload(&ways, &mut self.upload);
+        self.tracking.capped = ways.iter().any(Way::is_capped);
+        for (tracked, pose) in self.tracking.poses.iter_mut().zip(poses) {
+            *tracked = Some(pose.clone());
+        }
         Ok(())
     }
 
     /// Iterations of the last tracked frame.
     pub(super) fn tracking_iterations(&mut self) -> Result<Iterations> {
-        let history = self.machine.read::<Dispatch>(Resource::History)?;
+        let rows = plan::rows::COUNT as usize;
+        let history = self.machine.heads(Resource::History, rows)?;
+        let seeds = &self.machine.heads(Resource::SeedDispatches, rows)?[0];
         let substeps = self.upload.substeps();
         let rounds = substeps.iter().map(|s| (s.rounds * s.slices()) as usize);
-        let heads: Vec<_> = history
-            .chunks_exact(plan::rows::COUNT as usize)
-            .take(rounds.sum())
-            .collect();
-        let live = heads
-            .iter()
-            .map(|heads| heads[plan::rows::LIVE as usize].count);
+        let heads = &history[..rounds.sum()];
+        let live = heads.iter().map(|h| h.count(plan::rows::LIVE as usize));
         let run = live.clone().filter(|count| *count > 0).count() as u32;
-        let evaluations: u64 = live
-            .map(|count| u64::from(count * (plan::ROUND / plan::STRIDE)))
-            .sum();
+        let each = plan::ROUND / plan::STRIDE;
+        let evaluations = live.sum::<u64>() * u64::from(each);
         // The first round of a first half tells whether there are halves.
         let mut halved = 0;
         let mut first = 0;
         for substep in substeps {
             let half = first + substep.rounds as usize;
             first += (substep.rounds * substep.slices()) as usize;
-            let redo = substep.halves && heads[half][plan::rows::REDO as usize].groups[0] > 0;
+            let redo = substep.halves && heads[half].groups(plan::rows::REDO as usize) > 0;
             halved += u32::from(redo);
         }
-        let count = substeps.len() as u32;
-        let seeds = self.machine.read::<Dispatch>(Resource::SeedDispatches)?[0].count;
+        let seeds = seeds.count(plan::rows::SEEDS as usize);
         Ok(Iterations {
-            newton_mean: evaluations as f64 / f64::from(seeds.max(1)),
-            newton_max: run * (plan::ROUND / plan::STRIDE),
+            newton_mean: evaluations as f64 / seeds.max(1) as f64,
+            newton_max: run * each,
             rounds: run,
             jacobi: run * plan::ROUND,
-            substeps: count,
+            substeps: substeps.len() as u32,
             halved,
             capped: self.tracking.capped,
             evaluations,
             fetches: 0,
         })
     }
-}
-
-/// The rest pose with the roots where a pose has them.
-fn at_root(rig: &Rig, pose: &Pose) -> Pose {
-    let mut start = Pose::rest(&rig.skeleton);
-    for (j, joint) in rig.skeleton.joints.iter().enumerate() {
-        start.matrices[j] = match joint.parent {
-            Some(parent) => start.matrices[parent],
-            None => pose.matrices[j],
-        };
-    }
-    start
 }
 
 /// Vertices at rest with a triangle whose normal faces along the gradient (`shaders/judge.comp`).
