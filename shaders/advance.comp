@@ -46,7 +46,7 @@ void main() {
     }
     find_fields(constants.fields);
     bool whole = constants.redo == NO_ROW;
-    if (whole ? fields.turn.y == 0.0 : list_count(dispatches, whole ? 0u : constants.redo) == 0u) {
+    if (whole ? fetch(field_poses, field_first + TURN).y == 0.0 : list_count(dispatches, whole ? 0u : constants.redo) == 0u) {
         return; // other instances have more steps, or faults
     }
     uint at = part(constants.vertices) + v;

@@ -8,9 +8,9 @@
 layout(set = 0, binding = FIRST_FIELD_BINDING) uniform samplerBuffer field_poses; // head and poses in one buffer
 layout(set = 0, binding = FIRST_FIELD_BINDING + 1) uniform usamplerBuffer field_words; // the same buffer
 
-// This instance's head (types.glsl), and where its parts of poses and index begin.
+// The lines of this instance's head (types.glsl) that an evaluation reads, and where its parts of poses and index begin.
 struct FieldsHead {
-    vec4 grid_origin, grid_inverse, box_scale, turn;
+    vec4 grid_origin, grid_inverse, box_scale;
 };
 FieldsHead fields;
 uint field_first, index_first;
@@ -21,7 +21,6 @@ void find_fields(uint count) {
     fields.grid_origin = fetch(field_poses, field_first + GRID_ORIGIN);
     fields.grid_inverse = fetch(field_poses, field_first + GRID_INVERSE);
     fields.box_scale = fetch(field_poses, field_first + BOX_SCALE);
-    fields.turn = fetch(field_poses, field_first + TURN);
     index_first = part(uint(fields.grid_origin.w) * uint(CELLS * CELLS * CELLS));
 }
 
