@@ -1,13 +1,13 @@
-//! Instances of a rig in one deformer beside as many frames of a deformer with one: least and median time, in turn, so that they
-//! can be compared on a machine that other work shares.
+//! Instances of a rig in one deformer, beside as many frames of a deformer with one and beside as many deformers: least and median
+//! time, in turn, so that they can be compared on a machine that other work shares.
 //!
 //! `cargo bench --bench instances -- [ROUNDS [INSTANCES]] [FILE…]`; without files the project's mannequin.
 #![allow(missing_docs)]
 
-use std::{error::Error, f32::consts::TAU, path::PathBuf, sync::Arc, time::Instant};
+use std::{f32::consts::TAU, path::PathBuf, sync::Arc, time::Instant};
 
 use dermis::{
-    asset,
+    Error, asset,
     deformer::{Deformer, Device, Method, Settings, TrackedState},
     gpu::{Gpu, GpuOptions},
     rig::{self, Joint, Pose, Random, Rig},
@@ -22,7 +22,7 @@ const POSES: usize = 128;
 /// Most that a joint turns.
 const DEGREES: f32 = 20.0;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> dermis::Result<()> {
     let (rounds, instances, files) = arguments();
     let gpu = Gpu::new(&GpuOptions::default())?;
     let device = gpu.report();
@@ -92,47 +92,67 @@ fn measure(
         };
         Deformer::new(&Device::Gpu(gpu.clone()), Arc::clone(rig), &settings)
     };
-    let before = gpu.memory();
+    let before = gpu.memory().total;
     let mut one = new(1)?;
-    let own = gpu.memory().total - before.total;
+    let of_one = gpu.memory().total - before;
     let mut all = new(instances)?;
-    let memory = gpu.memory().total - before.total - own;
+    let of_all = gpu.memory().total - before - of_one;
+    let own: Result<Vec<Deformer>, _> = (0..instances).map(|_| new(1)).collect();
+    let mut own = own.or_else(|error| match error {
+        // As many times the fields and operators are a lot.
+        Error::Memory { .. } => {
+            println!("\n{instances} deformers do not fit: {error}");
+            Ok(Vec::new())
+        }
+        other => Err(other),
+    })?;
     let mut states = vec![one.save()?; instances];
-    let mut times = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
+    let mut times: [Vec<[f64; 2]>; 3] = Default::default();
     for round in 0..=rounds {
         let pose = |i: usize| course[(round + i * POSES / instances) % POSES].clone();
         let poses: Vec<Pose> = (0..instances).map(pose).collect();
-        let clock = Clock::start();
-        all.advance(&poses)?;
-        all.wait()?;
-        let together = clock.stop();
-        let apart = one_by_one(&mut one, &poses, &mut states)?;
+        let played = [
+            together(&mut all, &poses)?,
+            again_and_again(&mut one, &poses, &mut states)?,
+            match own.is_empty() {
+                true => [f64::NAN; 2],
+                false => each_its_own(&mut own, &poses)?,
+            },
+        ];
         // The first round compiles shaders and comes from rest.
         if round > 0 {
-            for (kind, times) in times.iter_mut().enumerate() {
-                times[0].push(together[kind]);
-                times[1].push(apart[kind]);
+            for (times, played) in times.iter_mut().zip(played) {
+                times.push(played);
             }
         }
     }
     // The same work: the same bits.
     let last = all.instance(instances as u32 - 1)?.read()?;
     assert!(one.read()? == last);
-    for (kind, times) in ["wall", "cpu"].iter().zip(&times) {
-        print(&format!("{} {kind}", method.name()), instances, times);
+    if let Some(own) = own.last_mut() {
+        assert!(own.read()? == last);
     }
+    print(method, instances, &times);
     let mega = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     println!(
-        "{:<34}{:>10.1} MiB, one {:.1}",
-        "  memory",
-        mega(memory),
-        mega(own)
+        "memory: {:.1} MiB at once, {:.1} MiB one",
+        mega(of_all),
+        mega(of_one)
     );
     Ok(())
 }
 
-/// The same frames by a deformer of one instance; where a frame follows from the one before, from that of the same instance.
-fn one_by_one(
+/// All instances in one frame.
+fn together(all: &mut Deformer, poses: &[Pose]) -> dermis::Result<[f64; 2]> {
+    let clock = Clock::start();
+    all.advance(poses)?;
+    all.wait()?;
+    Ok(clock.stop())
+}
+
+/// The same frames by one deformer of one instance, which finds its fields in the caches; where a frame follows from the one
+/// before, from that of the same instance.
+fn again_and_again(
     one: &mut Deformer,
     poses: &[Pose],
     states: &mut [Option<TrackedState>],
@@ -142,14 +162,21 @@ fn one_by_one(
         if let Some(state) = state {
             one.restore(state)?;
         }
-        let clock = Clock::start();
-        one.advance(pose)?;
-        one.wait()?;
-        let frame = clock.stop();
+        let frame = together(one, std::slice::from_ref(pose))?;
         sum = [sum[0] + frame[0], sum[1] + frame[1]];
         *state = one.save()?;
     }
     Ok(sum)
+}
+
+/// The same frames by as many deformers of one instance, each with fields of its own.
+fn each_its_own(own: &mut [Deformer], poses: &[Pose]) -> dermis::Result<[f64; 2]> {
+    let clock = Clock::start();
+    for (one, pose) in own.iter_mut().zip(poses) {
+        one.advance(pose)?;
+    }
+    own.iter_mut().try_for_each(Deformer::wait)?;
+    Ok(clock.stop())
 }
 
 /// Wall-clock, and what all threads of this process computed, which other work on the machine disturbs less.
@@ -177,32 +204,36 @@ fn computed() -> f64 {
     ns.sum::<f64>() * 1e-6
 }
 
-fn print(name: &str, instances: usize, [all, one]: &[Vec<f64>; 2]) {
-    let pairs = all.iter().zip(one).map(|(a, b)| a / b);
-    let (least, median) = (|x: &[f64]| sorted(x)[0], |x: &[f64]| sorted(x)[x.len() / 2]);
-    let of_pairs = median(&pairs.collect::<Vec<_>>());
-    let title = format!("{name} {instances} at once");
+fn print(method: Method, instances: usize, times: &[Vec<[f64; 2]>; 3]) {
+    let names = ["at once", "again and again", "deformers"];
     println!(
-        "{title:<34}{:>10.2} ms least {:>10.2} median",
-        least(all),
-        median(all)
+        "\n{:<30}{:>12}{:>12}{:>12}{:>12}",
+        format!("{}, ms", method.name()),
+        "wall least",
+        "median",
+        "cpu least",
+        "median"
     );
-    let title = format!("{name} {instances} x one");
-    println!(
-        "{title:<34}{:>10.2} ms least {:>10.2} median",
-        least(one),
-        median(one)
-    );
-    println!(
-        "{:<34}{:>10.3}          {:>10.3}, of pairs {of_pairs:.3}",
-        "  ratio",
-        least(all) / least(one),
-        median(all) / median(one)
-    );
+    let column = |times: &[[f64; 2]], kind: usize| sorted(times.iter().map(|t| t[kind]));
+    let figures = |times: &Vec<[f64; 2]>| {
+        let [wall, cpu] = [0, 1].map(|kind| column(times, kind));
+        [wall[0], wall[wall.len() / 2], cpu[0], cpu[cpu.len() / 2]]
+    };
+    let all = figures(&times[0]);
+    let played = times.iter().filter(|t| t.iter().all(|t| t[0].is_finite()));
+    for (name, times) in names.iter().zip(played) {
+        let figures = figures(times);
+        print!("{:<30}", format!("{instances} {name}"));
+        figures.iter().for_each(|ms| print!("{ms:>12.1}"));
+        print!("\n{:<30}", "  at once takes of it");
+        let shares = all.iter().zip(figures).map(|(all, ms)| all / ms);
+        shares.for_each(|share| print!("{share:>12.3}"));
+        println!();
+    }
 }
 
-fn sorted(values: &[f64]) -> Vec<f64> {
-    let mut sorted = values.to_vec();
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     sorted
 }

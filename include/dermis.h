@@ -1044,7 +1044,7 @@ dm_result dm_frame_record(struct dm_deformer deformer,
                           struct dm_output output);
 
 /*
- Tells how much work the last frame did; all zero for geometric methods.
+ Tells how much work the last frame did, for all instances together; all zero for geometric methods.
 
  out: size set by the caller, the rest is filled.
 

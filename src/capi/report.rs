@@ -54,7 +54,7 @@ pub struct dm_timings {
 
 structs!(dm_iterations, dm_timings);
 
-/// Tells how much work the last frame did; all zero for geometric methods.
+/// Tells how much work the last frame did, for all instances together; all zero for geometric methods.
 ///
 /// out: size set by the caller, the rest is filled.
 ///
