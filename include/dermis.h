@@ -1,8 +1,8 @@
 /*
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
- * A context is a device, a rig a prepared character, a deformer an instance of a rig in a context: matrices of its joints go
- * in, positions and normals come out.
+ * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
+ * fields: matrices of the joints go in, positions and normals come out.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.
@@ -10,7 +10,8 @@
  * Functions may be called on any thread; calls on one object wait for each other. All but dm_api_version and dm_last_error
  * return a dm_result; dm_last_error says what went wrong.
  *
- * Structs begin with their size, which the caller sets, also where the function fills the rest. Text is UTF-8. Matrices are
+ * Structs begin with their size, which the caller sets, also where the function fills the rest. A size of an earlier version,
+ * which had fewer members, will do: those that it lacks are 0. Text is UTF-8. Matrices are
  * 16 numbers, column-major. Rest space is that in which the mesh is modelled, model space that of the posed result. Arrays
  * may have any alignment. Nothing that a caller passes is kept, but the log of a context.
  *
@@ -546,9 +547,11 @@ typedef struct dm_settings {
     float halving_degrees;
     /* Tracking: faults more than at rest that do not matter. */
     uint32_t allowed_faults;
+    /* Instances of the rig, 1 (or 0) to 65535: they share its fields, have a pose each, and are deformed together. */
+    uint32_t instances;
 } dm_settings;
 
-/* An instance of a rig in a context, which follows poses. Zero is no deformer. */
+/* One instance of a rig in a context, or several, which follow poses. Zero is no deformer. */
 typedef struct dm_deformer {
     /* Number of the handle; it never names another object in the life of the process. */
     uint64_t id;
@@ -572,6 +575,10 @@ typedef struct dm_skin {
     uint8_t *states;
     /* Joint of the vertex's part. */
     uint16_t *bones;
+    /* Instance to read, below dm_settings.instances. */
+    uint32_t instance;
+    /* 0. */
+    uint32_t reserved;
 } dm_skin;
 
 /*
@@ -605,6 +612,8 @@ typedef struct dm_output_desc {
     uint32_t queue_family;
     /* 0. */
     uint32_t reserved;
+    /* From the first vertex of an instance to that of the next; 0 where they follow each other, stride times vertices. */
+    uint64_t instance_stride;
 } dm_output_desc;
 
 /* A buffer of the host's that frames of one deformer are written into. Zero is no output. */
@@ -1027,7 +1036,7 @@ dm_result dm_rig_pose_interpolate(struct dm_rig rig,
                                   size_t count);
 
 /*
- Makes an instance of a rig in a context, at rest: uploads it and samples its fields on the device.
+ Makes one instance of a rig in a context, or several (dm_settings.instances), at rest: uploads it and samples its fields on the device.
 
  settings: NULL for the defaults; copied. out: receives the handle, which is the caller's to destroy. The deformer keeps
  what it needs of context and rig, which may be destroyed before it. What was mended in the character is told to the
@@ -1058,17 +1067,18 @@ dm_result dm_deformer_create(struct dm_context context,
 dm_result dm_deformer_destroy(struct dm_deformer deformer);
 
 /*
- Deforms for a pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
+ Deforms all instances, each for its pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
  CPU it computes.
 
- matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied.
- count: matrices, exactly dm_rig_info.joints.
+ matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied. The joints
+ of the first instance, then those of the second.
+ count: matrices, exactly dm_rig_info.joints times dm_settings.instances.
 
  Threads: any.
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is not finite,
  not affine or has no inverse; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where it is not DM_OK
- the skin is as it was.
+ all skins are as they were.
 
  Pointers:
  matrices is NULL or has 16 times count numbers.
@@ -1087,14 +1097,14 @@ dm_result dm_deformer_advance(struct dm_deformer deformer,
 dm_result dm_deformer_wait(struct dm_deformer deformer);
 
 /*
- Reads the last skin; waits for it. Before the first pose its content is undefined.
+ Reads the last skin of an instance; waits for it. Before the first pose its content is undefined.
 
  skin: where to put it; the arrays are the caller's.
 
  Threads: any.
 
- Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_VULKAN; DM_ERROR_MEMORY;
- DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_ARGUMENT for an instance that
+ does not exist; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
 
  Pointers:
  skin is NULL or valid, and each array in it is NULL or has room for as many vertices as it says.
@@ -1103,8 +1113,8 @@ dm_result dm_deformer_read(struct dm_deformer deformer,
                            const struct dm_skin *skin);
 
 /*
- Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts. Does nothing for methods
- other than tracking, which have no such state.
+ Forgets the tracked skins of all instances: the next poses are reached from rest, whatever came before. For cuts. Does nothing
+ for methods other than tracking, which have no such state.
 
  Threads: any. Waits for the device.
 
@@ -1114,8 +1124,21 @@ dm_result dm_deformer_read(struct dm_deformer deformer,
 dm_result dm_deformer_reset(struct dm_deformer deformer);
 
 /*
- Saves the state that the next frame goes on from, as bytes for dm_deformer_restore of the same rig and settings, by this
- version of the library on this kind of machine. 0 bytes for methods other than tracking.
+ The same for one instance.
+
+ instance: below dm_settings.instances.
+
+ Threads: any. Waits for the device.
+
+ Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_ARGUMENT for an instance that does not exist, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST
+ or DM_ERROR_PANIC.
+ */
+dm_result dm_deformer_reset_instance(struct dm_deformer deformer,
+                                     uint32_t instance);
+
+/*
+ Saves the state that the next frame of the first instance goes on from, as bytes for dm_deformer_restore of the same rig and
+ settings, by this version of the library on this kind of machine. 0 bytes for methods other than tracking.
 
  out: buffer of the caller; bytes: room in it. needed: receives the bytes of the state; may be NULL.
  With out NULL and bytes 0 only needed is written. The number grows once, with the first pose.
@@ -1134,7 +1157,25 @@ dm_result dm_deformer_save(struct dm_deformer deformer,
                            size_t *needed);
 
 /*
- Goes on from a saved state.
+ The same for any instance.
+
+ instance: below dm_settings.instances. out, bytes, needed: as in dm_deformer_save.
+
+ Threads: any. Waits for the device.
+
+ Returns what dm_deformer_save does; DM_ERROR_ARGUMENT for an instance that does not exist.
+
+ Pointers:
+ As in dm_deformer_save.
+ */
+dm_result dm_deformer_save_instance(struct dm_deformer deformer,
+                                    uint32_t instance,
+                                    void *out,
+                                    size_t bytes,
+                                    size_t *needed);
+
+/*
+ Lets the first instance go on from a saved state.
 
  state: what dm_deformer_save wrote; copied. bytes: its length; 0, with state NULL or not, for methods that have no state.
 
@@ -1152,7 +1193,25 @@ dm_result dm_deformer_restore(struct dm_deformer deformer,
                               size_t bytes);
 
 /*
- Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices.
+ The same for any instance, from a state of any.
+
+ instance: below dm_settings.instances. state, bytes: as in dm_deformer_restore.
+
+ Threads: any. Waits for the device.
+
+ Returns what dm_deformer_restore does; DM_ERROR_ARGUMENT for an instance that does not exist.
+
+ Pointers:
+ As in dm_deformer_restore.
+ */
+dm_result dm_deformer_restore_instance(struct dm_deformer deformer,
+                                       uint32_t instance,
+                                       const void *state,
+                                       size_t bytes);
+
+/*
+ Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices, of
+ every instance.
 
  context: the deformer's, made by dm_context_adopt or of the same device. desc: copied; the buffer stays the host's.
  out: receives the handle, which is the caller's to destroy before the buffer.
@@ -1191,8 +1250,8 @@ dm_result dm_output_destroy(struct dm_output output);
 
  The host submits the command buffer to the context's queue, once, and poses in the order of their recording.
 
+ matrices, count: as in dm_deformer_advance, the poses of all instances. output: of this deformer, or zero for none.
  frame_slot: below DM_FRAME_SLOTS; what was recorded with it before has to be done, since its pose is overwritten.
- matrices, count: as in dm_deformer_advance. output: of this deformer, or zero for none.
 
  Threads: any that may record into the command buffer.
 
@@ -1212,7 +1271,7 @@ dm_result dm_frame_record(struct dm_deformer deformer,
                           struct dm_output output);
 
 /*
- Tells how much work the last frame did; all zero for geometric methods.
+ Tells how much work the last frame did, for all instances together; all zero for geometric methods.
 
  out: size set by the caller, the rest is filled.
 

@@ -2,7 +2,7 @@
 // around which anything else changes than their place, and those that had not come to rest.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define FIRST_FIELD_BINDING 18
+#define FIRST_FIELD_BINDING 19
 #include "shared/around.glsl"
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
@@ -25,11 +25,17 @@ layout(set = 0, binding = 14, std430) writeonly buffer SlopesB { vec4 slopes_b[]
 layout(set = 0, binding = 15, std430) buffer Around { uint around[]; }; // fields that moved with the vertex, or 0
 layout(set = 0, binding = 16, std430) buffer Stirs { float stirs[]; }; // a vertex: in this sub-step, and in all of the frame
 layout(set = 0, binding = 17, std430) buffer LiveSet { uint live_set[]; };
+layout(set = 0, binding = 18) uniform usamplerBuffer dispatches;
 layout(push_constant) uniform Constants {
     uint vertices; // welded
     uint width; // influences a vertex
     float stillness; // movement that counts as rest, over the part's radius
+    uint joints;
+    uint fields; // that a part has room for
+    uint redo; // row whose number of items says whether the skin is carried on into a half; NO_ROW for a whole step
 } constants;
+
+const uint NO_ROW = 0xffffffffu;
 
 #include "shared/carry.glsl"
 #include "shared/motion.glsl"
@@ -62,33 +68,38 @@ void main() {
     if (v >= constants.vertices) {
         return;
     }
-    vec4 body = fetch(bodies, v), state = fetch(tracked, v);
+    find_fields(constants.fields);
+    bool whole = constants.redo == NO_ROW;
+    if (whole ? fetch(field_poses, field_first + TURN).y == 0.0 : list_count(dispatches, whole ? 0u : constants.redo) == 0u) {
+        return; // other instances have more steps, or faults
+    }
+    uint at = part(constants.vertices) + v;
+    vec4 body = fetch(bodies, v), state = fetch(tracked, at);
     uint joint = uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS;
     // Without freedom a vertex keeps no history: its joint carries it from its place at rest.
     bool free = body.z > 0.0, follows = body.w >= 0.0;
     vec3 carried = carry(free ? joint + CHANGE : joint, vec4(free ? state.xyz : fetch(vertices, 2u * v).xyz, 1.0));
-    vec3 home = fetch(geometric, v).xyz;
+    vec3 home = fetch(geometric, at).xyz;
     uvec2 motions = motions_of(v, constants.width);
     // Where all around has moved as one since rest, the vertex is where its joints carry it, unless its neighbours draw it.
     bool at_home = fields_moving_as(motions.y, FIRST_CELL, home) == uint(fetch(directions, v).w);
     vec3 x = at_home || !follows ? home : carried;
     uint count = fields_moving_as(motions.x, TILE, x);
-    bool still = count != 0u && count == around[v] && state.w <= constants.stillness;
+    bool still = count != 0u && count == around[at] && state.w <= constants.stillness;
     // A skin that keeps up with its joints keeps no momentum: every frame begins at home.
-    vec3 before = at_home ? x : x - carried + carry(joint + CHANGE, vec4(fetch(tracked_before, v).xyz, 1.0));
-    vec3 slope = carry(joint + CHANGE, vec4(fetch(tracked_slopes, v).xyz, 0.0));
+    vec3 before = at_home ? x : x - carried + carry(joint + CHANGE, vec4(fetch(tracked_before, at).xyz, 1.0));
+    vec3 slope = carry(joint + CHANGE, vec4(fetch(tracked_slopes, at).xyz, 0.0));
     float radius = body.y * fields.box_scale.w;
     bool settled = at_home || !follows;
-    around[v] = count;
     float stir = settled ? 1.0 : count != 0u ? 0.0 : stir_around(x, state.xyz, radius) / radius;
-    stirs[2u * v] = stir;
-    stirs[2u * v + 1u] += stir;
-    vec4 at = vec4(x, state.w);
-    track_a[v] = at;
-    track_b[v] = at;
-    track_c[v] = vec4(before, 0.0);
-    slopes_a[v] = vec4(slope, 0.0);
-    slopes_b[v] = vec4(slope, 0.0);
+    around[at] = count;
+    stirs[2u * at] = stir;
+    stirs[2u * at + 1u] += stir;
+    track_a[at] = vec4(x, state.w);
+    track_b[at] = vec4(x, state.w);
+    track_c[at] = vec4(before, 0.0);
+    slopes_a[at] = vec4(slope, 0.0);
+    slopes_b[at] = vec4(slope, 0.0);
     if (follows && !at_home && !still) {
         uint seed = uint(body.w);
         ENTER(live_set, seed);

@@ -14,10 +14,11 @@ layout(set = 0, binding = 5) uniform usamplerBuffer betas;
 layout(set = 0, binding = 6, std430) writeonly buffer Diffused { float diffused[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
     uint first; // β is the contact state
 } constants;
 
-// β of a vertex before this step; outside the region it stays 0.
+// β of an instance's vertex before this step; outside the region it stays 0.
 float beta_of(uint v) {
     if (constants.first != 0u) {
         return state_of(word(status, v)) == CONTACT ? 1.0 : 0.0;
@@ -29,11 +30,11 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     uint begin = word(ring_offsets, v), end = word(ring_offsets, v + 1u);
-    float sum = beta_of(v);
+    float sum = beta_of(first + v);
     for (uint k = begin; k < end; k++) {
-        sum += beta_of(word(rings, k));
+        sum += beta_of(first + word(rings, k));
     }
-    diffused[v] = sum / float(end - begin + 1u);
+    diffused[first + v] = sum / float(end - begin + 1u);
 }

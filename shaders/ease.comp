@@ -21,6 +21,9 @@ layout(set = 0, binding = 8, std430) buffer Positions { vec4 position[]; }; // w
 layout(set = 0, binding = 9, std430) buffer Status { uint status[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint joints;
+    uint fields; // that a part has room for
     float tolerance; // |f − iso| that counts as settled
 } constants;
 
@@ -32,24 +35,25 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
-    vec4 body = fetch(bodies, v), end = position[v];
-    vec4 turn = fetch(palette, uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS + REAL);
-    vec3 start = fetch(tracked, v).xyz, wanted = end.xyz - start, last = rotate(turn, corrections[v].xyz);
-    float radius = body.y * fields.box_scale.w, easing = easing_of(number(stirs, 2u * v + 1u), fields.turn.w);
+    find_fields(constants.fields);
+    uint first = part(constants.vertices), v = word(list, gl_GlobalInvocationID.x), at = first + v;
+    uint joint = part(JOINT_TEXELS * constants.joints) + uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS;
+    vec4 body = fetch(bodies, v), end = position[at], turn = fetch(palette, joint + REAL);
+    vec3 start = fetch(tracked, at).xyz, wanted = end.xyz - start, last = rotate(turn, corrections[at].xyz);
+    float radius = body.y * fields.box_scale.w, easing = easing_of(number(stirs, 2u * at + 1u), fields.turn.w);
     vec3 correction = easing < 1.0 ? mix(last, wanted, easing) : wanted;
-    corrections[v] = vec4(rotate(vec4(-turn.xyz, turn.w), correction), 0.0);
+    corrections[at] = vec4(rotate(vec4(-turn.xyz, turn.w), correction), 0.0);
     if (easing < 1.0) {
         end.xyz = start + correction;
     }
     bool off = distance(correction, wanted) > NEAR * radius;
-    if (off && state_of(status[v]) == ON_ISO) {
+    if (off && state_of(status[at]) == ON_ISO) {
         end.xyz += newton(body.x, evaluate(end.xyz), 1.0, radius, NUDGE);
     }
     if (off) {
         end.w = evaluate(end.xyz).x;
-        bool left = state_of(status[v]) == ON_ISO && abs(end.w - body.x) > constants.tolerance;
-        status[v] = left ? status[v] - ON_ISO + (sheet > SHEET ? CONTACT : LIMIT) : status[v];
+        bool left = state_of(status[at]) == ON_ISO && abs(end.w - body.x) > constants.tolerance;
+        status[at] = left ? status[at] - ON_ISO + (sheet > SHEET ? CONTACT : LIMIT) : status[at];
     }
-    position[v] = end;
+    position[at] = end;
 }

@@ -22,6 +22,7 @@ layout(set = 0, binding = 7) uniform usamplerBuffer stirs;
 layout(set = 0, binding = 8, std430) writeonly buffer Goals { vec4 goals[]; }; // w: pace
 layout(push_constant) uniform Constants {
     uint vertices; // welded
+    uint fields; // that a part has room for
 } constants;
 
 void main() {
@@ -29,16 +30,18 @@ void main() {
     if (v >= constants.vertices) {
         return;
     }
+    uint first = part(constants.vertices);
     vec3 p = fetch(vertices, 2u * v).xyz, goal = vec3(0.0);
     float tie = 1.0;
-    vec4 turn = fetch(rotations, v);
+    vec4 turn = fetch(rotations, first + v);
     uint end = word(ring_offsets, v + 1u);
     for (uint k = word(ring_offsets, v); k < end; k++) {
         uint j = word(rings, k);
         vec3 edge = p - fetch(vertices, 2u * j).xyz;
         float weight = number(ring_weights, k);
         tie -= weight;
-        goal += weight * rotate(half_way(turn, fetch(rotations, j)), edge);
+        goal += weight * rotate(half_way(turn, fetch(rotations, first + j)), edge);
     }
-    goals[v] = vec4(fetch(field_poses, 2u).w * goal + tie * fetch(geometric, v).xyz, pace_of(number(stirs, 2u * v)));
+    float scale = fetch(field_poses, part(FIELD_HEAD + FIELD_TEXELS * constants.fields) + BOX_SCALE).w;
+    goals[first + v] = vec4(scale * goal + tie * fetch(geometric, first + v).xyz, pace_of(number(stirs, 2u * (first + v))));
 }

@@ -8,7 +8,7 @@
 #include "shared/types.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 0) uniform usamplerBuffer list; // the seeds: all instances share them
 layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
 layout(set = 0, binding = 2) uniform usamplerBuffer corner_offsets;
 layout(set = 0, binding = 3) uniform usamplerBuffer corners;
@@ -22,6 +22,9 @@ layout(set = 0, binding = 10) uniform samplerBuffer palette;
 layout(set = 0, binding = 11, std430) buffer Faults { uint faults[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint joints;
+    uint fields; // that a part has room for
 } constants;
 
 const float ON = 5e-3; // |f − iso| of a vertex that is on its iso-value
@@ -35,21 +38,25 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
-    vec4 body = fetch(bodies, v), slope = fetch(slopes, v);
-    float radius = body.y * fetch(field_poses, 2u).w, steep = length(slope.xyz);
-    vec3 x = fetch(tracks, v).xyz;
+    uint first = part(constants.vertices), v = word(list, gl_GlobalInvocationID.x);
+    uint head = part(FIELD_HEAD + FIELD_TEXELS * constants.fields);
+    if (fetch(field_poses, head + TURN).z == 0.0) {
+        return; // another instance's step is that large
+    }
+    vec4 body = fetch(bodies, v), slope = fetch(slopes, first + v);
+    float radius = body.y * fetch(field_poses, head + BOX_SCALE).w, steep = length(slope.xyz);
+    vec3 x = fetch(tracks, first + v).xyz;
     bool inverted = false;
     uint end = word(corner_offsets, v + 1u);
     for (uint k = word(corner_offsets, v); k < end; k += 2u) {
-        vec3 a = fetch(tracks, word(corners, k)).xyz - x, b = fetch(tracks, word(corners, k + 1u)).xyz - x;
+        vec3 a = fetch(tracks, first + word(corners, k)).xyz - x, b = fetch(tracks, first + word(corners, k + 1u)).xyz - x;
         vec3 n = cross(a, b);
         inverted = inverted || dot(n, slope.xyz) > INVERTED * length(n) * steep;
     }
     inverted = inverted && abs(slope.w - body.x) < ON && steep * radius > CLEAR;
     uint joint = uint(fetch(vertices, 2u * v + 1u).w) * JOINT_TEXELS;
-    bool far = distance(x, carry(joint + CHANGE, vec4(fetch(tracked, v).xyz, 1.0))) > FAR * radius;
+    bool far = distance(x, carry(joint + CHANGE, vec4(fetch(tracked, first + v).xyz, 1.0))) > FAR * radius;
     if (inverted || far) {
-        atomicAdd(faults[0], 1u); // a sum in any order
+        atomicAdd(faults[gl_WorkGroupID.y], 1u); // a sum in any order
     }
 }

@@ -15,13 +15,14 @@ layout(set = 0, binding = 4) uniform usamplerBuffer seed_ranks;
 layout(set = 0, binding = 5, std430) buffer RegionSet { uint region_set[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
 } constants;
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     uint begin = word(neighbourhood_offsets, v), end = word(neighbourhood_offsets, v + 1u);
     for (uint k = begin; k < end; k++) {
         uint seed = word(seed_ranks, neighbourhood[k]);

@@ -1,5 +1,5 @@
 // The composed field at every vertex of the rest pose: iso-values, the directions of the gradients, and how many fields
-// are around it.
+// are around it. Instances share them: one is enough.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define FIRST_FIELD_BINDING 3
@@ -11,9 +11,11 @@ layout(set = 0, binding = 1, std430) writeonly buffer Values { float value[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Directions { vec4 direction[]; }; // unit, or 0 without a gradient; w: fields
 layout(push_constant) uniform Constants {
     uint vertices;
+    uint fields; // that a part has room for
 } constants;
 
 void main() {
+    find_fields(constants.fields);
     uint v = gl_GlobalInvocationID.x;
     if (v < constants.vertices) {
         vec3 x = fetch(positions, v).xyz;

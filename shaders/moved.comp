@@ -7,7 +7,7 @@
 #include "shared/set.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer list;
+layout(set = 0, binding = 0) uniform usamplerBuffer list; // the seeds: all instances share them
 layout(set = 0, binding = 1) uniform usamplerBuffer dispatches;
 layout(set = 0, binding = 2) uniform samplerBuffer geometric;
 layout(set = 0, binding = 3) uniform usamplerBuffer iso_values;
@@ -21,6 +21,9 @@ layout(set = 0, binding = 10, std430) writeonly buffer Status { uint status[]; }
 layout(set = 0, binding = 11, std430) buffer LiveSet { uint live_set[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint joints;
+    uint fields; // that a part has room for
     uint width; // influences a vertex
 } constants;
 
@@ -30,12 +33,13 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
-    vec3 x = fetch(geometric, v).xyz;
+    find_fields(constants.fields);
+    uint first = part(constants.vertices), v = word(list, gl_GlobalInvocationID.x);
+    vec3 x = fetch(geometric, first + v).xyz;
     // A vertex to be projected has at least one field around it at rest.
     if (fields_moving_as(motions_of(v, constants.width).y, FIRST_CELL, x) == uint(fetch(directions, v).w)) {
-        position[v] = vec4(x, number(iso_values, v));
-        status[v] = ON_ISO;
+        position[first + v] = vec4(x, number(iso_values, v));
+        status[first + v] = ON_ISO;
     } else {
         ENTER(live_set, word(seed_ranks, v));
     }

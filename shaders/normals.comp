@@ -17,10 +17,11 @@ void main() {
     if (v >= constants.vertices) {
         return;
     }
-    vec3 x = fetch(positions, v).xyz, n = vec3(0.0);
+    uint first = part(constants.vertices);
+    vec3 x = fetch(positions, first + v).xyz, n = vec3(0.0);
     uint begin = word(corner_offsets, v), end = word(corner_offsets, v + 1u);
     for (uint k = begin; k < end; k += 2u) {
-        n += cross(fetch(positions, word(corners, k)).xyz - x, fetch(positions, word(corners, k + 1u)).xyz - x);
+        n += cross(fetch(positions, first + word(corners, k)).xyz - x, fetch(positions, first + word(corners, k + 1u)).xyz - x);
     }
-    smooth_normal[v] = vec4(n / max(length(n), 1e-30), 0.0);
+    smooth_normal[first + v] = vec4(n / max(length(n), 1e-30), 0.0);
 }

@@ -13,6 +13,7 @@ layout(push_constant) uniform Constants {
     uint offset; // words of 32 bits, as all that follow
     uint stride;
     uint normal_offset;
+    uint instance; // from instance to instance
     uint normals; // NO_NORMALS, FLOAT_NORMALS or BYTE_NORMALS
 } constants;
 
@@ -30,9 +31,9 @@ void main() {
     if (row >= constants.rows) {
         return;
     }
-    uint at = constants.offset + row * constants.stride;
-    vec3 n = fetch(skin_normals, row).xyz;
-    store(at, fetch(skin_positions, row).xyz);
+    uint at = constants.offset + part(constants.instance) + row * constants.stride, from = part(constants.rows) + row;
+    vec3 n = fetch(skin_normals, from).xyz;
+    store(at, fetch(skin_positions, from).xyz);
     if (constants.normals == FLOAT_NORMALS) {
         store(at + constants.normal_offset, n);
     } else if (constants.normals != NO_NORMALS) {

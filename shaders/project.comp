@@ -29,6 +29,8 @@ layout(set = 0, binding = 13, std430) buffer ContactSet { uint contact_set[]; };
 layout(set = 0, binding = 14) uniform usamplerBuffer seed_ranks;
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint fields; // that a part has room for
     uint steps; // Newton steps of this call
     uint evaluations; // of the field; the one after the last step is the next call's first, if there is one
     uint flags; // FRESH, LAST, HOLD
@@ -47,20 +49,21 @@ const float RELAXED_PIT = 0.02; // growth that a relaxation in between explains
 
 void main() {
     if (gl_GlobalInvocationID.x < list_count(dispatches, constants.dispatch)) {
-        uint v = word(list, gl_GlobalInvocationID.x);
-        uint before = status[v];
+        find_fields(constants.fields);
+        uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x), at = first + v;
+        uint before = status[at];
         uint evaluations = (before >> 8) & 0xffu;
         fetches = (before >> 16) & 0x7fffu;
         bool strayed = (before & STRAYED) != 0u;
         float iso = number(iso_values, v), radius = fetch(vertices, 2u * v).w * fields.box_scale.w;
-        vec3 start = fetch(starts, v).xyz;
-        vec3 x = start, home = fetch(geometric, v).xyz;
-        vec3 expected = rotate(fetch(rotations, v), fetch(directions, v).xyz);
+        vec3 start = fetch(starts, at).xyz;
+        vec3 x = start, home = fetch(geometric, at).xyz;
+        vec3 expected = rotate(fetch(rotations, at), fetch(directions, v).xyz);
         bool known = (constants.flags & FRESH) == 0u;
         vec4 last = vec4(0.0), slope = vec4(0.0);
         if (known) {
-            last = anchor[v];
-            slope = gradient[v];
+            last = anchor[at];
+            slope = gradient[at];
         }
         bool hold = (constants.flags & HOLD) != 0u;
         bool held = hold && state_of(before) == CONTACT;
@@ -100,10 +103,10 @@ void main() {
             }
             s++;
         } while (s < constants.evaluations && state == LIVE);
-        position[v] = vec4(x, slope.w);
-        anchor[v] = last;
-        gradient[v] = slope;
-        status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16 | (strayed ? STRAYED : 0u);
+        position[at] = vec4(x, slope.w);
+        anchor[at] = last;
+        gradient[at] = slope;
+        status[at] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16 | (strayed ? STRAYED : 0u);
         uint seed = word(seed_ranks, v);
         if (state == LIVE) {
             ENTER(live_set, seed);

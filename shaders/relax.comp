@@ -17,24 +17,25 @@ layout(set = 0, binding = 7) uniform samplerBuffer gradients;
 layout(set = 0, binding = 8, std430) writeonly buffer Relaxed { vec4 relaxed[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
 } constants;
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     uint begin = word(ring_offsets, v), end = word(ring_offsets, v + 1u);
-    vec3 x = fetch(positions, v).xyz, goal = vec3(0.0);
+    vec3 x = fetch(positions, first + v).xyz, goal = vec3(0.0);
     float sum = 0.0;
     for (uint k = begin; k < end; k++) {
         float w = number(mean_values, k);
-        goal += w * fetch(positions, word(rings, k)).xyz;
+        goal += w * fetch(positions, first + word(rings, k)).xyz;
         sum += w;
     }
     vec3 move = goal - sum * x; // the weights sum to 1, or to 0 where a vertex is not to be relaxed
-    vec3 g = fetch(gradients, v).xyz;
+    vec3 g = fetch(gradients, first + v).xyz;
     move -= g * (dot(g, move) / max(dot(g, g), 1e-20));
-    float rest = fetch(anchors, v).w - 1.0; // |f − iso| − 1
-    relaxed[v] = vec4(x + max(0.0, 1.0 - rest * rest * rest * rest) * move, 0.0);
+    float rest = fetch(anchors, first + v).w - 1.0; // |f − iso| − 1
+    relaxed[first + v] = vec4(x + max(0.0, 1.0 - rest * rest * rest * rest) * move, 0.0);
 }

@@ -17,6 +17,7 @@ layout(set = 0, binding = 6, std430) writeonly buffer SkinPositions { vec4 skin_
 layout(set = 0, binding = 7, std430) writeonly buffer SkinNormals { vec4 skin_normal[]; };
 layout(push_constant) uniform Constants {
     uint rows;
+    uint vertices; // welded
 } constants;
 
 void main() {
@@ -25,9 +26,10 @@ void main() {
         return;
     }
     uint v = word(rows, row);
-    vec4 q = fetch(rotations, v);
+    uint first = part(constants.vertices), at = part(constants.rows) + row;
+    vec4 q = fetch(rotations, first + v);
     vec3 n = rotate(q, fetch(row_normals, row).xyz);
-    n = rotate_between(rotate(q, fetch(vertices, 2u * v + 1u).xyz), fetch(smooth_normals, v).xyz, n);
-    skin_position[row] = fetch(positions, v);
-    skin_normal[row] = vec4(n / max(length(n), 1e-20), 0.0);
+    n = rotate_between(rotate(q, fetch(vertices, 2u * v + 1u).xyz), fetch(smooth_normals, first + v).xyz, n);
+    skin_position[at] = fetch(positions, first + v);
+    skin_normal[at] = vec4(n / max(length(n), 1e-20), 0.0);
 }

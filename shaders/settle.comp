@@ -19,6 +19,9 @@ layout(set = 0, binding = 6, std430) buffer Status { uint status[]; };
 layout(set = 0, binding = 7, std430) buffer ContactSet { uint contact_set[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint fields; // that a part has room for
+    uint listed; // length of an instance's part of the list; 0 where all instances share it
     uint steps;
     uint hold; // 1: vertices in contact stay where they are and are only measured
     float sigma; // share of a step
@@ -32,13 +35,14 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
-    uint before = status[v], evaluations = (before >> 8) & 0xffu;
+    find_fields(constants.fields);
+    uint first = part(constants.vertices), v = word(list, part(constants.listed) + gl_GlobalInvocationID.x);
+    uint before = status[first + v], evaluations = (before >> 8) & 0xffu;
     fetches = (before >> 16) & 0x7fffu;
     bool held = constants.hold != 0u && state_of(before) == CONTACT;
     vec4 body = fetch(bodies, v);
     float iso = body.x, radius = body.y * fields.box_scale.w;
-    vec3 x = fetch(starts, v).xyz, last = x, slope = vec3(0.0);
+    vec3 x = fetch(starts, first + v).xyz, last = x, slope = vec3(0.0);
     float off = 3.402823466e38, field = 0.0;
     uint state = LIVE, s = 0u;
     do {
@@ -67,8 +71,8 @@ void main() {
         }
         s++;
     } while (state == LIVE);
-    position[v] = vec4(last, field);
-    status[v] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16;
+    position[first + v] = vec4(last, field);
+    status[first + v] = state | min(evaluations, 255u) << 8 | min(fetches, 0x7fffu) << 16;
     uint seed = word(seed_ranks, v);
     if (state == CONTACT && constants.hold == 0u) {
         ENTER(contact_set, seed);

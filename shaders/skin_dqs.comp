@@ -18,6 +18,7 @@ layout(set = 0, binding = 8, std430) writeonly buffer Rotations { vec4 rotation[
 layout(push_constant) uniform Constants {
     uint rows;
     uint width; // influences a vertex
+    uint joints;
 } constants;
 
 void main() {
@@ -25,17 +26,17 @@ void main() {
     if (row >= constants.rows) {
         return;
     }
-    uint v = word(rows, row);
-    bool stretched = fetch(palette, STRETCH + 1u).w != 0.0;
+    uint v = word(rows, row), at = part(constants.rows) + row, joints = part(JOINT_TEXELS * constants.joints);
+    bool stretched = fetch(palette, joints + STRETCH + 1u).w != 0.0;
     vec4 real = vec4(0.0), dual = vec4(0.0), pivot = vec4(0.0);
     vec3 diagonal = vec3(0.0), off = vec3(0.0);
     for (uint k = 0u; k < constants.width; k++) {
-        uint at = v * constants.width + k;
-        float w = number(influence_weights, at);
+        uint influence = v * constants.width + k;
+        float w = number(influence_weights, influence);
         if (w == 0.0) {
             break;
         }
-        uint j = ((word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu) * JOINT_TEXELS;
+        uint j = joints + ((word(influence_joints, influence >> 1) >> ((influence & 1u) * 16u)) & 0xffffu) * JOINT_TEXELS;
         vec4 q = fetch(palette, j + REAL);
         if (k == 0u) {
             pivot = q;
@@ -62,7 +63,7 @@ void main() {
     dual /= l;
     p = rotate(real, p) + 2.0 * (real.w * dual.xyz - dual.w * real.xyz + cross(real.xyz, dual.xyz));
     n = rotate(real, n);
-    position[row] = vec4(p, 0.0);
-    normal[row] = vec4(n / max(length(n), 1e-20), 0.0);
-    rotation[row] = real;
+    position[at] = vec4(p, 0.0);
+    normal[at] = vec4(n / max(length(n), 1e-20), 0.0);
+    rotation[at] = real;
 }

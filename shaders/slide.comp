@@ -21,6 +21,8 @@ layout(set = 0, binding = 10) uniform samplerBuffer field_poses;
 layout(set = 0, binding = 11, std430) writeonly buffer Tracks { vec4 tracks[]; }; // w: movement over the radius
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint fields; // that a part has room for
     float omega; // of the semi-iteration, 1 for none of it
 } constants;
 
@@ -30,12 +32,12 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     vec4 body = fetch(bodies, v);
-    float radius = body.y * fetch(field_poses, 2u).w;
-    vec3 slope = fetch(slopes, v).xyz;
+    float radius = body.y * fetch(field_poses, part(FIELD_HEAD + FIELD_TEXELS * constants.fields) + BOX_SCALE).w;
+    vec3 slope = fetch(slopes, first + v).xyz;
     vec3 normal = slope / max(length(slope), 1e-20);
-    vec4 goal = fetch(goals, v);
+    vec4 goal = fetch(goals, first + v);
     vec3 y = relaxed(v, goal, normal, body.z, constants.omega, radius);
-    tracks[v] = vec4(y, length(y - fetch(starts, v).xyz) / radius);
+    tracks[first + v] = vec4(y, length(y - fetch(starts, first + v).xyz) / radius);
 }

@@ -14,21 +14,22 @@ layout(set = 0, binding = 5) uniform samplerBuffer starts;
 layout(set = 0, binding = 6, std430) writeonly buffer Smoothed { vec4 smoothed[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
 } constants;
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     uint begin = word(ring_offsets, v), end = word(ring_offsets, v + 1u);
-    vec4 x = fetch(starts, v);
+    vec4 x = fetch(starts, first + v);
     vec3 sum = vec3(0.0);
     for (uint k = begin; k < end; k++) {
-        sum += fetch(starts, word(rings, k)).xyz;
+        sum += fetch(starts, first + word(rings, k)).xyz;
     }
     if (end - begin > 3u) {
-        x.xyz = mix(x.xyz, sum / float(end - begin), number(betas, v));
+        x.xyz = mix(x.xyz, sum / float(end - begin), number(betas, first + v));
     }
-    smoothed[v] = x;
+    smoothed[first + v] = x;
 }

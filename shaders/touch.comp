@@ -14,6 +14,8 @@ layout(set = 0, binding = 4) uniform usamplerBuffer iso_values;
 layout(set = 0, binding = 5, std430) buffer Positions { vec4 position[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint fields; // that a part has room for
     float cos_contact; // cosine of the angle that counts as a discontinuity
 } constants;
 
@@ -23,10 +25,11 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
-    vec4 slope = fetch(gradients, v);
-    vec4 last = fetch(anchors, v);
-    vec3 near = last.xyz, far = position[v].xyz;
+    find_fields(constants.fields);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
+    vec4 slope = fetch(gradients, first + v);
+    vec4 last = fetch(anchors, first + v);
+    vec3 near = last.xyz, far = position[first + v].xyz;
     float off = last.w, field = slope.w, iso = number(iso_values, v);
     for (uint k = 0u; k < HALVINGS; k++) {
         vec3 middle = 0.5 * (near + far);
@@ -42,5 +45,5 @@ void main() {
             field = sampled.x;
         }
     }
-    position[v] = vec4(near, field);
+    position[first + v] = vec4(near, field);
 }

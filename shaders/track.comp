@@ -20,9 +20,11 @@ layout(set = 0, binding = 8) uniform samplerBuffer befores; // one iteration ago
 layout(set = 0, binding = 9) uniform samplerBuffer slopes; // gradients of the last iteration; 0 where there was none
 layout(set = 0, binding = 10, std430) writeonly buffer Tracks { vec4 tracks[]; }; // w: movement over the radius
 layout(set = 0, binding = 11, std430) writeonly buffer Gradients { vec4 gradients[]; }; // w: field
-layout(set = 0, binding = 19, std430) buffer LiveSet { uint live_set[]; };
+layout(set = 0, binding = 18, std430) buffer LiveSet { uint live_set[]; };
 layout(push_constant) uniform Constants {
     uint dispatch; // row of the list's head
+    uint vertices; // welded
+    uint fields; // that a part has room for
     uint enter; // 1: those that still move enter the set for the next list, with their neighbours
     float omega; // of the semi-iteration, 1 for none of it
     float sigma; // share of the Newton step
@@ -41,20 +43,21 @@ void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
         return;
     }
-    uint v = word(list, gl_GlobalInvocationID.x);
+    find_fields(constants.fields);
+    uint first = part(constants.vertices), v = word(list, first + gl_GlobalInvocationID.x);
     vec4 body = fetch(bodies, v);
     float radius = body.y * fields.box_scale.w;
-    vec3 x = fetch(starts, v).xyz, slope = fetch(slopes, v).xyz;
+    vec3 x = fetch(starts, first + v).xyz, slope = fetch(slopes, first + v).xyz;
     vec3 normal = slope / max(length(slope), 1e-20);
-    vec4 goal = fetch(goals, v);
+    vec4 goal = fetch(goals, first + v);
     vec3 y = relaxed(v, goal, normal, body.z, constants.omega, radius);
 
     vec4 sampled = evaluate(y);
     bool crossed = sheet > SHEET && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
     vec3 to = y + goal.w * newton(body.x, sampled, crossed ? RETURN : constants.sigma, radius, LEAP);
     float moved = length(to - x) / radius;
-    tracks[v] = vec4(to, moved);
-    gradients[v] = vec4(crossed ? -sampled.yzw : sampled.yzw, sampled.x); // that of its own side
+    tracks[first + v] = vec4(to, moved);
+    gradients[first + v] = vec4(crossed ? -sampled.yzw : sampled.yzw, sampled.x); // that of its own side
     if (constants.enter != 0u && moved > constants.stillness) {
         uint seed = uint(body.w);
         ENTER(live_set, seed);

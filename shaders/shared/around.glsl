@@ -1,11 +1,11 @@
-// The fields around a point of model space, by the index: which boxes hold it. Uses four bindings from FIRST_FIELD_BINDING on.
+// The fields around a point of model space, by the index: which boxes hold it. Uses three bindings from FIRST_FIELD_BINDING on.
 //
 // Software rasterisers run a loop's body at least once; so loops test at their end.
 #ifndef DERMIS_AROUND
 #define DERMIS_AROUND
 #include "shared/boxes.glsl"
 
-layout(set = 0, binding = FIRST_FIELD_BINDING + 3) uniform usamplerBuffer index;
+layout(set = 0, binding = FIRST_FIELD_BINDING + 2) uniform usamplerBuffer index;
 
 // Takes the lowest bit out of a pair of words; its number, or 0 where there is none.
 uint take_bit(inout uvec2 bits) {
@@ -32,14 +32,13 @@ uvec2 cell_pair(vec3 x, uint pair, uint pairs) {
     vec3 at = (x - fields.grid_origin.xyz) * fields.grid_inverse.xyz;
     bool inside = all(greaterThanEqual(at, vec3(0.0))) && all(lessThan(at, vec3(CELLS)));
     uvec3 c = uvec3(clamp(at, vec3(0.0), vec3(CELLS - 1)));
-    uint i = 2u * (((c.z * uint(CELLS) + c.y) * uint(CELLS) + c.x) * pairs + pair);
+    uint i = index_first + 2u * (((c.z * uint(CELLS) + c.y) * uint(CELLS) + c.x) * pairs + pair);
     return inside ? uvec2(word(index, i), word(index, i + 1u)) : uvec2(0u);
 }
 
-// Pairs of words of an index cell. Not from the uniform block: a loop limit from there makes lavapipe compile the shader at
-// every dispatch.
+// Pairs of words of an index cell.
 uint cell_pairs() {
-    return uint(textureSize(index)) / uint(2 * CELLS * CELLS * CELLS);
+    return uint(fields.grid_origin.w) >> 1;
 }
 
 // Number of the fields whose boxes hold x.

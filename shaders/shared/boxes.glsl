@@ -1,21 +1,33 @@
-// The boxes of the posed fields. The including shader defines FIRST_FIELD_BINDING: three bindings from there on are used here.
+// The boxes of the posed fields. The including shader defines FIRST_FIELD_BINDING: two bindings from there on are used here,
+// once main has called find_fields.
 #ifndef DERMIS_BOXES
 #define DERMIS_BOXES
 #include "shared/texels.glsl"
 #include "shared/types.glsl"
 
-layout(set = 0, binding = FIRST_FIELD_BINDING) uniform Head {
-    vec4 grid_origin; // w: words of a cell
-    vec4 grid_inverse; // cells a unit; w: fields
-    vec4 box_scale; // texture coordinates a box coordinate; w: model units a rest unit
-    vec4 turn; // w: the furthest that any joint turns in the frame, degrees
-} fields;
-layout(set = 0, binding = FIRST_FIELD_BINDING + 1) uniform samplerBuffer field_poses; // head and poses in one buffer
-layout(set = 0, binding = FIRST_FIELD_BINDING + 2) uniform usamplerBuffer field_words; // the same buffer
+layout(set = 0, binding = FIRST_FIELD_BINDING) uniform samplerBuffer field_poses; // head and poses in one buffer
+layout(set = 0, binding = FIRST_FIELD_BINDING + 1) uniform usamplerBuffer field_words; // the same buffer
+
+// The lines of this instance's head (types.glsl) that an evaluation reads, and where its parts of poses and index begin.
+struct FieldsHead {
+    vec4 grid_origin, grid_inverse, box_scale, turn;
+};
+FieldsHead fields;
+uint field_first, index_first;
+
+// Finds this instance's fields in parts with room for `count`.
+void find_fields(uint count) {
+    field_first = part(FIELD_HEAD + FIELD_TEXELS * count);
+    fields.grid_origin = fetch(field_poses, field_first + GRID_ORIGIN);
+    fields.grid_inverse = fetch(field_poses, field_first + GRID_INVERSE);
+    fields.box_scale = fetch(field_poses, field_first + BOX_SCALE);
+    fields.turn = fetch(field_poses, field_first + TURN);
+    index_first = part(uint(fields.grid_origin.w) * uint(CELLS * CELLS * CELLS));
+}
 
 // One of the four words of field i.
 uint field_word(uint i, uint k) {
-    return word(field_words, 4u * (FIELD_HEAD + FIELD_TEXELS * i + 3u) + k);
+    return word(field_words, 4u * (field_first + FIELD_HEAD + FIELD_TEXELS * i + 3u) + k);
 }
 
 // Model space → box coordinates of a field, in which its box is [0,1]³.
@@ -24,7 +36,7 @@ struct Box {
 };
 
 Box field_box(uint i) {
-    uint at = FIELD_HEAD + FIELD_TEXELS * i;
+    uint at = field_first + FIELD_HEAD + FIELD_TEXELS * i;
     return Box(fetch(field_poses, at), fetch(field_poses, at + 1u), fetch(field_poses, at + 2u));
 }
 

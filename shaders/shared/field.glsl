@@ -1,15 +1,15 @@
 // The composed field f and its gradient at a point of model space: index cell → fields → operators → maximum (2013, Eq. 3),
 // or a walk over the composition tree's leaves (2014, section 4.1).
-// The including shader defines FIRST_FIELD_BINDING: seven bindings from there on are used here.
+// The including shader defines FIRST_FIELD_BINDING: six bindings from there on are used here.
 //
 // Software rasterisers run both sides of a branch and a loop's body at least once; so loops test at their end.
 #ifndef DERMIS_FIELD
 #define DERMIS_FIELD
 #include "shared/around.glsl"
 
-layout(set = 0, binding = FIRST_FIELD_BINDING + 4) uniform sampler3D atlas;
-layout(set = 0, binding = FIRST_FIELD_BINDING + 5) uniform sampler3D operators;
-layout(set = 0, binding = FIRST_FIELD_BINDING + 6) uniform usamplerBuffer opening;
+layout(set = 0, binding = FIRST_FIELD_BINDING + 3) uniform sampler3D atlas;
+layout(set = 0, binding = FIRST_FIELD_BINDING + 4) uniform sampler3D operators;
+layout(set = 0, binding = FIRST_FIELD_BINDING + 5) uniform usamplerBuffer opening;
 
 layout(constant_id = 0) const uint COMPOSITION = UNIONS;
 

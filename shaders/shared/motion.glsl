@@ -1,4 +1,5 @@
-// Numbers of the motions of a vertex. The including shader declares influence_joints, influence_weights and palette before.
+// Numbers of the motions of a vertex. The including shader declares influence_joints, influence_weights and palette before,
+// and constants with the number of joints.
 #ifndef DERMIS_MOTION
 #define DERMIS_MOTION
 
@@ -10,7 +11,7 @@ uvec2 motions_of(uint v, uint width) {
     do {
         uint at = v * width + k;
         uint joint = (word(influence_joints, at >> 1) >> ((at & 1u) * 16u)) & 0xffffu;
-        uint both = uint(fetch(palette, joint * JOINT_TEXELS + STRETCH).w);
+        uint both = uint(fetch(palette, part(JOINT_TEXELS * constants.joints) + joint * JOINT_TEXELS + STRETCH).w);
         uvec2 motions = uvec2(both % MOTIONS, both / MOTIONS);
         bool counts = number(influence_weights, at) != 0.0;
         first = k == 0u ? motions : first;

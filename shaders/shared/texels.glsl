@@ -4,6 +4,7 @@
 // twelve times as much.
 #ifndef DERMIS_TEXELS
 #define DERMIS_TEXELS
+#include "shared/instance.glsl"
 
 vec4 fetch(samplerBuffer texels, uint i) {
     return texelFetch(texels, int(i));
@@ -17,9 +18,9 @@ float number(usamplerBuffer words, uint i) {
     return uintBitsToFloat(texelFetch(words, int(i)).x);
 }
 
-// Items of the list whose head is this row of the dispatches (types.glsl, Dispatch).
+// This instance's items of the list whose head is this row of the dispatches.
 uint list_count(usamplerBuffer dispatches, uint row) {
-    return word(dispatches, row * 4u + 3u);
+    return word(dispatches, count_at(row));
 }
 
 #endif

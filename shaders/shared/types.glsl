@@ -14,8 +14,8 @@ const uint DUAL = 4u;
 const uint STRETCH = 5u;
 const uint CHANGE = 7u;
 
-// A posed field (FieldPose) is four texels behind the four of the head: three rows of model space → box coordinates, and
-// four words: tile in the atlas, link in the composition, first and last index cell of its box.
+// A posed field (FieldPose) is four texels behind the four of the head (FieldsHead): three rows of model space → box
+// coordinates, and four words: tile in the atlas, link in the composition, first and last index cell of its box.
 const uint FIELD_HEAD = 4u;
 const uint FIELD_TEXELS = 4u;
 const uint TILE = 0u; // x | y << 8 | z << 16 | motion since the pose before << 24
@@ -29,6 +29,12 @@ const uint LAST_CELL = 3u; // x | y << 5 | z << 10 | joint << 16
 // that of its motion since the pose before, and MOTIONS times that since rest.
 const uint NO_MOTION = 255u;
 const uint MOTIONS = 256u;
+
+// Texels of the head's lines.
+const uint GRID_ORIGIN = 0u; // w: words of a cell
+const uint GRID_INVERSE = 1u; // cells a unit; w: fields
+const uint BOX_SCALE = 2u; // texture coordinates a box coordinate; w: model units a rest unit
+const uint TURN = 3u; // last round of iterations; 1 where the skin is carried on; 1 where faults have it done again in halves; w: degrees that any joint turns in the frame at most
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;
@@ -66,10 +72,5 @@ const uint STRAYED = 0x80000000u;
 uint state_of(uint status) {
     return status & 0xffu;
 }
-
-// A work list's head: workgroups for an indirect dispatch, and the number of items.
-struct Dispatch {
-    uint x, y, z, count;
-};
 
 #endif

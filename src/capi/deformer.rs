@@ -36,9 +36,13 @@ pub struct dm_skin {
     pub states: *mut u8,
     /// Joint of the vertex's part.
     pub bones: *mut u16,
+    /// Instance to read, below dm_settings.instances.
+    pub instance: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
-structs!(dm_skin);
+structs!(dm_skin since instance);
 
 /// What a deformer's handle stands for.
 pub(super) struct Instance {
@@ -46,8 +50,8 @@ pub(super) struct Instance {
     logger: Arc<Logger>,
     /// Where it was made.
     pub(super) context: dm_context,
-    /// Kept, so that a frame allocates no pose.
-    pub(super) pose: Pose,
+    /// One an instance; kept, so that a frame allocates no pose.
+    pub(super) poses: Vec<Pose>,
 }
 
 /// Runs `work` on a deformer whose device is not lost, then tells what happened while nothing is locked.
@@ -65,7 +69,7 @@ pub(super) fn with<T>(
     logger.finish(outcome)
 }
 
-/// Makes an instance of a rig in a context, at rest: uploads it and samples its fields on the device.
+/// Makes one instance of a rig in a context, or several (dm_settings.instances), at rest: uploads it and samples its fields on the device.
 ///
 /// settings: NULL for the defaults; copied. out: receives the handle, which is the caller's to destroy. The deformer keeps
 /// what it needs of context and rig, which may be destroyed before it. What was mended in the character is told to the
@@ -102,7 +106,7 @@ pub unsafe extern "C" fn dm_deformer_create(
             deformer,
             logger,
             context,
-            pose: Pose::rest(&rig.skeleton),
+            poses: vec![Pose::rest(&rig.skeleton); settings.instances as usize],
         })?;
         // SAFETY: not NULL; the caller's promise.
         unsafe { pointer::put(out, handle) };
@@ -121,17 +125,18 @@ pub extern "C" fn dm_deformer_destroy(deformer: dm_deformer) -> dm_result {
     guard("dm_deformer_destroy", || handle::destroy(deformer))
 }
 
-/// Deforms for a pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
+/// Deforms all instances, each for its pose. Submits to the context's queue and does not wait, unless two frames are on their way already; on the
 /// CPU it computes.
 ///
-/// matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied.
-/// count: matrices, exactly dm_rig_info.joints.
+/// matrices: 16 numbers a joint, column-major: each carries rest space to model space, identities for rest; copied. The joints
+/// of the first instance, then those of the second.
+/// count: matrices, exactly dm_rig_info.joints times dm_settings.instances.
 ///
 /// Threads: any.
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_POSE naming the joint whose matrix is not finite,
 /// not affine or has no inverse; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where it is not DM_OK
-/// the skin is as it was.
+/// all skins are as they were.
 ///
 /// # Safety
 /// matrices is NULL or has 16 times count numbers.
@@ -144,8 +149,8 @@ pub unsafe extern "C" fn dm_deformer_advance(
     guard("dm_deformer_advance", || {
         with(deformer, |instance| {
             // SAFETY: the caller's promise.
-            unsafe { instance.set_pose(matrices, count)? };
-            Ok(instance.deformer.advance(&instance.pose)?)
+            unsafe { instance.set_poses(matrices, count)? };
+            Ok(instance.deformer.advance(&instance.poses)?)
         })
     })
 }
@@ -162,14 +167,14 @@ pub extern "C" fn dm_deformer_wait(deformer: dm_deformer) -> dm_result {
     })
 }
 
-/// Reads the last skin; waits for it. Before the first pose its content is undefined.
+/// Reads the last skin of an instance; waits for it. Before the first pose its content is undefined.
 ///
 /// skin: where to put it; the arrays are the caller's.
 ///
 /// Threads: any.
 ///
-/// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_VULKAN; DM_ERROR_MEMORY;
-/// DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+/// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE; DM_ERROR_ARGUMENT for an instance that
+/// does not exist; DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
 ///
 /// # Safety
 /// skin is NULL or valid, and each array in it is NULL or has room for as many vertices as it says.
@@ -186,7 +191,10 @@ pub unsafe extern "C" fn dm_deformer_read(
             if room < rows {
                 return Err(Fault::size("skin.vertices", room, rows));
             }
-            let skin = instance.deformer.read()?;
+            if out.reserved != 0 {
+                return Err(Fault::argument("skin.reserved", "it has to be 0"));
+            }
+            let skin = instance.deformer.instance(out.instance)?.read()?;
             // SAFETY: the caller's promise.
             unsafe { write(&skin, &out) }
         })
@@ -194,20 +202,29 @@ pub unsafe extern "C" fn dm_deformer_read(
 }
 
 impl Instance {
-    /// Copies a pose in.
+    /// Copies the poses of all instances in.
     ///
     /// # Safety
     /// `matrices` is NULL or has 16 times `count` numbers.
-    pub(super) unsafe fn set_pose(&mut self, matrices: *const f32, count: usize) -> Outcome {
-        let rows = &mut self.pose.matrices;
-        if count != rows.len() {
-            return Err(Fault::size("count", count, rows.len()));
+    pub(super) unsafe fn set_poses(&mut self, matrices: *const f32, count: usize) -> Outcome {
+        let wanted = self.poses.iter().map(|pose| pose.matrices.len()).sum();
+        if count != wanted {
+            return Err(Fault::size("count", count, wanted));
         }
-        // SAFETY: the caller's promise; a `Mat4` is 16 numbers.
-        unsafe { pointer::copy_in(matrices.cast::<Mat4>(), rows, "matrices") }
+        pointer::not_null(matrices, "matrices")?;
+        let mut at = matrices.cast::<Mat4>();
+        for pose in &mut self.poses {
+            let rows = &mut pose.matrices;
+            // SAFETY: the caller's promise; a `Mat4` is 16 numbers, and all poses together have `count` of them.
+            unsafe {
+                pointer::copy_in(at, rows, "matrices")?;
+                at = at.add(rows.len());
+            }
+        }
+        Ok(())
     }
 
-    fn rows(&self) -> usize {
+    pub(super) fn rows(&self) -> usize {
         self.deformer.rig().rows.vertex.len()
     }
 }
@@ -242,8 +259,8 @@ unsafe fn column<T: bytemuck::NoUninit>(
     unsafe { pointer::copy_out(rows, pointer, out.vertices as usize, name) }
 }
 
-/// Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts. Does nothing for methods
-/// other than tracking, which have no such state.
+/// Forgets the tracked skins of all instances: the next poses are reached from rest, whatever came before. For cuts. Does nothing
+/// for methods other than tracking, which have no such state.
 ///
 /// Threads: any. Waits for the device.
 ///
@@ -256,8 +273,25 @@ pub extern "C" fn dm_deformer_reset(deformer: dm_deformer) -> dm_result {
     })
 }
 
-/// Saves the state that the next frame goes on from, as bytes for dm_deformer_restore of the same rig and settings, by this
-/// version of the library on this kind of machine. 0 bytes for methods other than tracking.
+/// The same for one instance.
+///
+/// instance: below dm_settings.instances.
+///
+/// Threads: any. Waits for the device.
+///
+/// Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_ARGUMENT for an instance that does not exist, DM_ERROR_VULKAN, DM_ERROR_DEVICE_LOST
+/// or DM_ERROR_PANIC.
+#[unsafe(no_mangle)]
+pub extern "C" fn dm_deformer_reset_instance(deformer: dm_deformer, instance: u32) -> dm_result {
+    guard("dm_deformer_reset_instance", || {
+        with(deformer, |it| {
+            Ok(it.deformer.instance(instance)?.reset()?)
+        })
+    })
+}
+
+/// Saves the state that the next frame of the first instance goes on from, as bytes for dm_deformer_restore of the same rig and
+/// settings, by this version of the library on this kind of machine. 0 bytes for methods other than tracking.
 ///
 /// out: buffer of the caller; bytes: room in it. needed: receives the bytes of the state; may be NULL.
 /// With out NULL and bytes 0 only needed is written. The number grows once, with the first pose.
@@ -277,16 +311,53 @@ pub unsafe extern "C" fn dm_deformer_save(
     needed: *mut usize,
 ) -> dm_result {
     guard("dm_deformer_save", || {
-        with(deformer, |instance| {
-            let state = instance.deformer.save()?;
-            let state = state.map(|s| s.to_bytes()).unwrap_or_default();
-            // SAFETY: the caller's promise.
-            unsafe { pointer::blob(&state, out.cast(), bytes, needed) }
-        })
+        // SAFETY: the caller's promise.
+        unsafe { save(deformer, 0, out, bytes, needed) }
     })
 }
 
-/// Goes on from a saved state.
+/// The same for any instance.
+///
+/// instance: below dm_settings.instances. out, bytes, needed: as in dm_deformer_save.
+///
+/// Threads: any. Waits for the device.
+///
+/// Returns what dm_deformer_save does; DM_ERROR_ARGUMENT for an instance that does not exist.
+///
+/// # Safety
+/// As in dm_deformer_save.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dm_deformer_save_instance(
+    deformer: dm_deformer,
+    instance: u32,
+    out: *mut c_void,
+    bytes: usize,
+    needed: *mut usize,
+) -> dm_result {
+    guard("dm_deformer_save_instance", || {
+        // SAFETY: the caller's promise.
+        unsafe { save(deformer, instance, out, bytes, needed) }
+    })
+}
+
+/// # Safety
+/// `out` is NULL or has room for `bytes`; `needed` is NULL or valid.
+unsafe fn save(
+    deformer: dm_deformer,
+    instance: u32,
+    out: *mut c_void,
+    bytes: usize,
+    needed: *mut usize,
+) -> Outcome {
+    with(deformer, |it| {
+        let state = it.deformer.instance(instance)?.save()?;
+        let state = state.map(|s| s.to_bytes()).unwrap_or_default();
+        // SAFETY: the caller's promise.
+        unsafe { pointer::blob(&state, out.cast(), bytes, needed) }
+    })
+}
+
+/// Lets the first instance go on from a saved state.
 ///
 /// state: what dm_deformer_save wrote; copied. bytes: its length; 0, with state NULL or not, for methods that have no state.
 ///
@@ -305,18 +376,55 @@ pub unsafe extern "C" fn dm_deformer_restore(
     bytes: usize,
 ) -> dm_result {
     guard("dm_deformer_restore", || {
-        with(deformer, |instance| {
-            if bytes == 0 && instance.deformer.settings().method != Method::Tracking {
-                return Ok(());
-            }
-            pointer::not_null(state, "state")?;
-            if bytes > isize::MAX as usize {
-                return Err(Fault::argument("bytes", format!("{bytes} is too much")));
-            }
-            // SAFETY: not NULL; the caller's promise.
-            let state = unsafe { std::slice::from_raw_parts(state.cast::<u8>(), bytes) };
-            let state = TrackedState::from_bytes(state)?;
-            Ok(instance.deformer.restore(&state)?)
-        })
+        // SAFETY: the caller's promise.
+        unsafe { restore(deformer, 0, state, bytes) }
+    })
+}
+
+/// The same for any instance, from a state of any.
+///
+/// instance: below dm_settings.instances. state, bytes: as in dm_deformer_restore.
+///
+/// Threads: any. Waits for the device.
+///
+/// Returns what dm_deformer_restore does; DM_ERROR_ARGUMENT for an instance that does not exist.
+///
+/// # Safety
+/// As in dm_deformer_restore.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dm_deformer_restore_instance(
+    deformer: dm_deformer,
+    instance: u32,
+    state: *const c_void,
+    bytes: usize,
+) -> dm_result {
+    guard("dm_deformer_restore_instance", || {
+        // SAFETY: the caller's promise.
+        unsafe { restore(deformer, instance, state, bytes) }
+    })
+}
+
+/// # Safety
+/// `state` is NULL or has `bytes`.
+unsafe fn restore(
+    deformer: dm_deformer,
+    instance: u32,
+    state: *const c_void,
+    bytes: usize,
+) -> Outcome {
+    with(deformer, |it| {
+        let has_state = it.deformer.settings().method == Method::Tracking;
+        let mut instance = it.deformer.instance(instance)?;
+        if bytes == 0 && !has_state {
+            return Ok(());
+        }
+        pointer::not_null(state, "state")?;
+        if bytes > isize::MAX as usize {
+            return Err(Fault::argument("bytes", format!("{bytes} is too much")));
+        }
+        // SAFETY: not NULL; the caller's promise.
+        let state = unsafe { std::slice::from_raw_parts(state.cast::<u8>(), bytes) };
+        let state = TrackedState::from_bytes(state)?;
+        Ok(instance.restore(&state)?)
     })
 }

@@ -58,9 +58,11 @@ pub struct dm_output_desc {
     pub queue_family: u32,
     /// 0.
     pub reserved: u32,
+    /// From the first vertex of an instance to that of the next; 0 where they follow each other, stride times vertices.
+    pub instance_stride: u64,
 }
 
-structs!(dm_output_desc);
+structs!(dm_output_desc since instance_stride);
 
 /// What an output's handle stands for.
 pub(super) struct HostOutput {
@@ -68,7 +70,8 @@ pub(super) struct HostOutput {
     deformer: dm_deformer,
 }
 
-/// Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices.
+/// Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices, of
+/// every instance.
 ///
 /// context: the deformer's, made by dm_context_adopt or of the same device. desc: copied; the buffer stays the host's.
 /// out: receives the handle, which is the caller's to destroy before the buffer.
@@ -93,7 +96,7 @@ pub unsafe extern "C" fn dm_output_create(
         let desc = unsafe { pointer::read(desc, "desc")? };
         pointer::not_null(out, "out")?;
         let gpu = gpu_of(context)?;
-        let layout = layout(&desc)?;
+        let mut layout = layout(&desc)?;
         // SAFETY: the caller's promise.
         let buffer = unsafe {
             let raw = vk::Buffer::from_raw(desc.buffer);
@@ -103,6 +106,9 @@ pub unsafe extern "C" fn dm_output_create(
             if instance.context != context {
                 let message = "the deformer is of another context";
                 return Err(Fault::new(dm_result::DM_ERROR_FOREIGN, message));
+            }
+            if layout.instance_stride == 0 {
+                layout.instance_stride = layout.stride.saturating_mul(instance.rows() as u64);
             }
             Ok(instance
                 .deformer
@@ -132,6 +138,7 @@ fn layout(desc: &dm_output_desc) -> Outcome<VertexLayout> {
     Ok(VertexLayout {
         offset: desc.offset,
         stride: u64::from(desc.stride),
+        instance_stride: desc.instance_stride,
         normals,
     })
 }
@@ -168,8 +175,8 @@ pub extern "C" fn dm_output_destroy(output: dm_output) -> dm_result {
 ///
 /// The host submits the command buffer to the context's queue, once, and poses in the order of their recording.
 ///
+/// matrices, count: as in dm_deformer_advance, the poses of all instances. output: of this deformer, or zero for none.
 /// frame_slot: below DM_FRAME_SLOTS; what was recorded with it before has to be done, since its pose is overwritten.
-/// matrices, count: as in dm_deformer_advance. output: of this deformer, or zero for none.
 ///
 /// Threads: any that may record into the command buffer.
 ///
@@ -197,10 +204,10 @@ pub unsafe extern "C" fn dm_frame_record(
         let record = |output: Option<&mut Output>| {
             deformer::with(deformer, |instance| {
                 // SAFETY: the caller's promise.
-                unsafe { instance.set_pose(matrices, count)? };
+                unsafe { instance.set_poses(matrices, count)? };
                 let slot = frame_slot as usize;
-                let (deformer, pose) = (&mut instance.deformer, &instance.pose);
-                Ok(deformer.record(&commands, slot, pose, output)?)
+                let (deformer, poses) = (&mut instance.deformer, &instance.poses);
+                Ok(deformer.record(&commands, slot, poses, output)?)
             })
         };
         if output.id == 0 {

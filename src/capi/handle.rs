@@ -26,7 +26,7 @@ pub struct dm_rig {
     pub id: u64,
 }
 
-/// An instance of a rig in a context, which follows poses. Zero is no deformer.
+/// One instance of a rig in a context, or several, which follow poses. Zero is no deformer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct dm_deformer {

@@ -2,6 +2,7 @@
 
 use std::{
     ffi::{CStr, c_char},
+    mem::MaybeUninit,
     path::PathBuf,
 };
 
@@ -16,15 +17,18 @@ use super::guard::{Fault, Outcome, dm_result};
 pub(super) unsafe trait Struct: Copy {
     /// Name in the header.
     const NAME: &'static str;
+    /// Bytes that it had in earlier versions, which lack its last members; these are then 0.
+    const EARLIER: &'static [usize];
 }
 
-/// Declares structs that begin with their size.
+/// Declares structs that begin with their size; of one that has grown, the member that an earlier version ended before.
 macro_rules! structs {
-    ($($name:ident),+) => {
+    ($($name:ident $(since $member:ident)*),+) => {
         $(
             // SAFETY: `repr(C)`, `size: u32` first, and only numbers, pointers and optional functions in it.
             unsafe impl $crate::capi::pointer::Struct for $name {
                 const NAME: &'static str = stringify!($name);
+                const EARLIER: &'static [usize] = &[$(std::mem::offset_of!($name, $member)),*];
             }
         )+
     };
@@ -43,16 +47,16 @@ pub(super) fn not_null<T>(pointer: *const T, name: &str) -> Outcome {
     Ok(())
 }
 
-/// Checks a struct that is to be read or written.
+/// Checks a struct that is to be read or written; gives the bytes that the caller has of it.
 ///
 /// # Safety
 /// `pointer` is NULL or points to at least the member `size`.
-pub(super) unsafe fn check<T: Struct>(pointer: *const T, name: &str) -> Outcome {
+pub(super) unsafe fn check<T: Struct>(pointer: *const T, name: &str) -> Outcome<usize> {
     not_null(pointer, name)?;
     // SAFETY: not NULL; the caller's promise.
     let size = unsafe { pointer.cast::<u32>().read_unaligned() };
-    if size as usize == size_of::<T>() {
-        return Ok(());
+    if size as usize == size_of::<T>() || T::EARLIER.contains(&(size as usize)) {
+        return Ok(size as usize);
     }
     let (kind, wanted) = (T::NAME, size_of::<T>());
     let message = format!("{name}: size is {size}, a {kind} of this version has {wanted} bytes");
@@ -64,11 +68,31 @@ pub(super) unsafe fn check<T: Struct>(pointer: *const T, name: &str) -> Outcome 
 /// # Safety
 /// `pointer` is NULL or points to as many bytes as the member `size` says.
 pub(super) unsafe fn read<T: Struct>(pointer: *const T, name: &str) -> Outcome<T> {
-    // SAFETY: the caller's promise; the size has been checked before the rest is read.
+    let mut value = MaybeUninit::<T>::zeroed();
+    // SAFETY: the caller's promise; the size has been checked before the rest is read, it is at most the struct's, and any
+    // bits are a value of it.
     unsafe {
-        check(pointer, name)?;
-        Ok(pointer.read_unaligned())
+        let size = check(pointer, name)?;
+        let bytes = value.as_mut_ptr().cast::<u8>();
+        bytes.copy_from_nonoverlapping(pointer.cast(), size);
+        Ok(value.assume_init())
     }
+}
+
+/// Fills a struct behind its size, which the caller has set: as much of it as the caller has.
+///
+/// # Safety
+/// `pointer` is NULL or points to as many bytes as the member `size` says, which may be written.
+pub(super) unsafe fn fill<T: Struct>(pointer: *mut T, value: &T, name: &str) -> Outcome {
+    let own = size_of::<u32>();
+    // SAFETY: the caller's promise; the size has been checked and is at most the struct's.
+    unsafe {
+        let size = check(pointer, name)?;
+        let from = std::ptr::from_ref(value).cast::<u8>();
+        let to = pointer.cast::<u8>();
+        to.add(own).copy_from(from.add(own), size - own);
+    }
+    Ok(())
 }
 
 /// Writes one value.

@@ -82,7 +82,7 @@ structs!(dm_iterations, dm_timings, dm_pass_timing);
 pub type dm_pass_report =
     Option<unsafe extern "C" fn(user: *mut c_void, pass: *const dm_pass_timing)>;
 
-/// Tells how much work the last frame did; all zero for geometric methods.
+/// Tells how much work the last frame did, for all instances together; all zero for geometric methods.
 ///
 /// out: size set by the caller, the rest is filled.
 ///

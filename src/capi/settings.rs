@@ -63,9 +63,11 @@ pub struct dm_settings {
     pub halving_degrees: f32,
     /// Tracking: faults more than at rest that do not matter.
     pub allowed_faults: u32,
+    /// Instances of the rig, 1 (or 0) to 65535: they share its fields, have a pose each, and are deformed together.
+    pub instances: u32,
 }
 
-structs!(dm_settings);
+structs!(dm_settings since instances);
 
 const METHODS: [(u32, Method); 4] = [
     (DM_LBS, Method::Lbs),
@@ -100,6 +102,7 @@ impl dm_settings {
             max_substeps: s.max_substeps,
             halving_degrees: s.halving_degrees,
             allowed_faults: s.allowed_faults,
+            instances: s.instances,
         }
     }
 
@@ -112,6 +115,7 @@ impl dm_settings {
         };
         Ok(Settings {
             method: *method,
+            instances: self.instances.max(1),
             sigma: self.sigma,
             tolerance: self.tolerance,
             contact_degrees: self.contact_degrees,
@@ -160,11 +164,7 @@ impl dm_settings {
 pub unsafe extern "C" fn dm_settings_default(out: *mut dm_settings) -> dm_result {
     guard("dm_settings_default", || {
         // SAFETY: the caller's promise.
-        unsafe {
-            pointer::check(out, "out")?;
-            pointer::put(out, dm_settings::new(&Settings::default()));
-        }
-        Ok(())
+        unsafe { pointer::fill(out, &dm_settings::new(&Settings::default()), "out") }
     })
 }
 
@@ -182,8 +182,31 @@ mod tests {
             };
             assert_eq!(dm_settings::new(&settings).settings().unwrap(), settings);
         }
+        let mut several = dm_settings::new(&Settings::default());
+        several.instances = 7;
+        assert_eq!(several.settings().unwrap().instances, 7);
         let mut unknown = dm_settings::new(&Settings::default());
         unknown.method = 4;
         assert!(unknown.settings().is_err());
+    }
+
+    #[test]
+    fn settings_of_a_version_without_instances_are_read_and_filled_as_far_as_they_go() {
+        let size = std::mem::offset_of!(dm_settings, instances);
+        let mut settings = dm_settings::new(&Settings::default());
+        settings.size = size as u32;
+        (settings.sigma, settings.instances) = (0.5, 7);
+        // SAFETY: it is longer than it says.
+        let read = unsafe { dm_settings::read(&settings) }.ok().unwrap();
+        assert_eq!((read.sigma, read.instances), (0.5, 1));
+        // SAFETY: as above.
+        let filled = unsafe { dm_settings_default(&mut settings) };
+        assert_eq!(filled, dm_result::DM_OK);
+        let default = Settings::default();
+        assert_eq!(
+            (settings.sigma, settings.allowed_faults),
+            (default.sigma, default.allowed_faults)
+        );
+        assert_eq!((settings.size, settings.instances), (size as u32, 7));
     }
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 
 use super::{
-    Resource,
+    Kind, Resource,
     plan::{Extent, Pass, Step},
     pose::PoseUpload,
     statics::Statics,
@@ -15,45 +15,80 @@ use crate::{
     twin::{Args, Image, Slot, cast},
 };
 
-/// All buffers and images of a deformer on the CPU.
+/// All buffers and images of a deformer on the CPU, whose instances run one after the other.
 #[derive(Debug, Default)]
 pub(crate) struct Store {
-    /// A row a [`Resource`].
-    buffers: Vec<Vec<u32>>,
+    /// What the instances share, a row a [`Resource`].
+    shared: Vec<Vec<u32>>,
+    /// What every instance has for itself, a row a [`Resource`].
+    own: Vec<Vec<Vec<u32>>>,
+    /// The instance that runs.
+    pub(super) instance: usize,
     pub(crate) atlas: Image,
     pub(crate) operators: Image,
 }
 
 impl Store {
-    pub(super) fn new(statics: &Statics, atlas: Image, operators: Image) -> Self {
-        let buffers = Resource::ALL
-            .iter()
-            .map(|r| {
-                let mut words = statics
-                    .content
-                    .get(&(*r as u32))
-                    .cloned()
-                    .unwrap_or_default();
-                let size = statics.words.get(&(*r as u32)).copied().unwrap_or(0);
-                words.resize(words.len().max(size), 0);
-                words
-            })
-            .collect();
+    pub(super) fn new(statics: &Statics, instances: usize, atlas: Image, operators: Image) -> Self {
+        let content = |r: Resource| {
+            let mut words = statics
+                .content
+                .get(&(r as u32))
+                .cloned()
+                .unwrap_or_default();
+            let size = statics.words.get(&(r as u32)).copied().unwrap_or(0);
+            words.resize(words.len().max(size), 0);
+            words
+        };
+        let buffers = |own: bool| -> Vec<Vec<u32>> {
+            let content = |r: &Resource| match is_own(*r) == own {
+                true => content(*r),
+                false => Vec::new(),
+            };
+            Resource::ALL.iter().map(content).collect()
+        };
         Self {
-            buffers,
+            shared: buffers(false),
+            own: vec![buffers(true); instances],
+            instance: 0,
             atlas,
             operators,
         }
     }
 
+    /// Content of a buffer, the running instance's.
     pub(crate) fn read<T: Pod>(&self, resource: Resource) -> &[T] {
-        cast(&self.buffers[resource as usize])
+        cast(self.buffer(resource))
+    }
+
+    pub(super) fn instances(&self) -> usize {
+        self.own.len()
+    }
+
+    fn buffer(&self, resource: Resource) -> &Vec<u32> {
+        let own = is_own(resource);
+        let buffers = if own {
+            &self.own[self.instance]
+        } else {
+            &self.shared
+        };
+        &buffers[resource as usize]
+    }
+
+    fn buffer_mut(&mut self, resource: Resource) -> &mut Vec<u32> {
+        let own = is_own(resource);
+        let buffers = if own {
+            &mut self.own[self.instance]
+        } else {
+            &mut self.shared
+        };
+        &mut buffers[resource as usize]
     }
 
     /// Replaces the beginning of a buffer, growing it where it is shorter.
     pub(crate) fn write<T: Pod>(&mut self, resource: Resource, content: &[T]) {
         let words: &[u8] = cast_slice(content);
-        let buffer = &mut self.buffers[resource as usize];
+        let buffer = self.buffer_mut(resource);
         buffer.resize(buffer.len().max(words.len().div_ceil(4)), 0);
         cast_slice_mut::<u32, u8>(buffer)[..words.len()].copy_from_slice(words);
     }
@@ -71,42 +106,48 @@ impl Store {
             let bytes = match r {
                 Resource::Atlas => image(&self.atlas),
                 Resource::Operators => image(&self.operators),
-                _ => self.buffers[r as usize].len() * 4,
+                _ if is_own(r) => self.own.iter().map(|own| own[r as usize].len() * 4).sum(),
+                _ => self.shared[r as usize].len() * 4,
             };
             (r.label(), r.class().name(), bytes as u64)
         }))
     }
 
-    /// Runs the steps in order, as those of a sub-step.
-    pub(crate) fn run(&mut self, steps: &[Step], substep: usize) {
+    /// Runs the steps in order for the chosen instance, as those of a slice.
+    pub(crate) fn run(&mut self, steps: &[Step], slice: usize) {
         for step in steps {
-            self.step(step, substep);
+            self.step(step, slice);
         }
     }
 
-    fn step(&mut self, step: &Step, substep: usize) {
+    fn step(&mut self, step: &Step, slice: usize) {
         match step {
             Step::Take(ring, to) => {
-                let count = self.buffers[*to as usize].len();
-                let slice = substep * count..(substep + 1) * count;
-                let words = self.buffers[*ring as usize][slice].to_vec();
-                self.buffers[*to as usize] = words;
+                let count = self.buffer(*to).len();
+                let first = (slice * self.instances() + self.instance) * count;
+                let words = self.buffer(*ring)[first..first + count].to_vec();
+                *self.buffer_mut(*to) = words;
             }
             Step::Keep(from, to) => {
-                let words = self.buffers[*from as usize].clone();
-                let first = substep * words.len();
-                self.buffers[*to as usize][first..first + words.len()].copy_from_slice(&words);
+                let words = self.buffer(*from).clone();
+                let first = slice * words.len();
+                self.buffer_mut(*to)[first..first + words.len()].copy_from_slice(&words);
             }
-            Step::Clear(resource) => self.buffers[*resource as usize].fill(0),
+            Step::Clear(resource) => self.buffer_mut(*resource).fill(0),
+            Step::Empty(row) => {
+                let heads = self.buffer_mut(Resource::Dispatches);
+                heads[*row as usize * size_of::<Dispatch>() / 4] = 0;
+            }
             Step::Copy(from, to) => {
-                let source = std::mem::take(&mut self.buffers[*from as usize]);
-                self.buffers[*to as usize].copy_from_slice(&source);
-                self.buffers[*from as usize] = source;
+                let source = std::mem::take(self.buffer_mut(*from));
+                self.buffer_mut(*to).copy_from_slice(&source);
+                *self.buffer_mut(*from) = source;
             }
             Step::Dispatch {
                 pass,
                 bind,
                 constants,
+                slice_at,
                 extent,
                 variant,
             } => {
@@ -115,7 +156,11 @@ impl Store {
                 {
                     return;
                 }
-                self.dispatch(pass, bind, constants, *variant);
+                let mut constants = constants.clone();
+                if let Some(byte) = *slice_at {
+                    constants[byte..byte + 4].copy_from_slice(&(slice as u32).to_ne_bytes());
+                }
+                self.dispatch(pass, bind, &constants, *variant);
             }
         }
     }
@@ -125,7 +170,7 @@ impl Store {
         // Written buffers leave the store while the twin runs, so that the others can be borrowed.
         let writes = |i: usize| bindings[i].access.writes();
         let mut taken: Vec<Option<Vec<u32>>> = (0..bind.len())
-            .map(|i| writes(i).then(|| std::mem::take(&mut self.buffers[bind[i] as usize])))
+            .map(|i| writes(i).then(|| std::mem::take(self.buffer_mut(bind[i]))))
             .collect();
         let slots = taken
             .iter_mut()
@@ -135,13 +180,13 @@ impl Store {
                 |((taken, resource), binding)| match (taken, binding.access) {
                     (Some(words), _) => Slot::Write(words),
                     (None, Access::Sampled) => Slot::Image(self.image(*resource)),
-                    (None, _) => Slot::Read(&self.buffers[*resource as usize]),
+                    (None, _) => Slot::Read(self.buffer(*resource)),
                 },
             );
         (pass.twin)(&mut Args::new(slots.collect(), constants).with_variant(variant));
         for (words, resource) in taken.into_iter().zip(bind) {
             if let Some(words) = words {
-                self.buffers[*resource as usize] = words;
+                *self.buffer_mut(*resource) = words;
             }
         }
     }
@@ -153,4 +198,9 @@ impl Store {
             &self.operators
         }
     }
+}
+
+/// Every instance has one for itself.
+fn is_own(resource: Resource) -> bool {
+    resource.kind() == Kind::Transient
 }

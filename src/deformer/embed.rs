@@ -2,13 +2,12 @@
 
 use ash::vk;
 
-use super::{Deformer, Resource, machine::Machine};
+use super::{Deformer, Poses, Resource, machine::Machine};
 use crate::{
     Error, Result,
     frame::{Frame, FrameBuilder, Slot},
     gpu::{Buffer, FRAMES_IN_FLIGHT, Handover, HostCommands},
     pass,
-    rig::Pose,
 };
 
 /// How normals lie in a host's vertex.
@@ -31,6 +30,8 @@ pub struct VertexLayout {
     pub offset: u64,
     /// From vertex to vertex.
     pub stride: u64,
+    /// From the first vertex of an instance to that of the next; of no meaning for one instance.
+    pub instance_stride: u64,
     /// Normals.
     pub normals: Normals,
 }
@@ -46,15 +47,20 @@ pub struct Output {
 }
 
 impl VertexLayout {
-    /// The pass's constants for `rows` vertices in `bytes`.
-    fn constants(&self, rows: u32, bytes: u64) -> Result<pass::output::Constants> {
+    /// The pass's constants for `rows` vertices of each of `instances` in `bytes`.
+    fn constants(&self, rows: u32, instances: u32, bytes: u64) -> Result<pass::output::Constants> {
         let refuse = |reason: String| Err(Error::argument("vertex layout", reason));
         let (normals, normal_offset, room) = match self.normals {
             Normals::None => (pass::output::NO_NORMALS, 0, 0),
             Normals::Float(at) => (pass::output::FLOAT_NORMALS, at, 12),
             Normals::Byte(at) => (pass::output::BYTE_NORMALS, at, 4),
         };
-        let all = [self.offset, self.stride, normal_offset];
+        let instance = if instances > 1 {
+            self.instance_stride
+        } else {
+            0
+        };
+        let all = [self.offset, self.stride, instance, normal_offset];
         if let Some(odd) = all.iter().find(|x| !x.is_multiple_of(4)) {
             return refuse(format!("{odd} is no multiple of 4"));
         }
@@ -71,14 +77,24 @@ impl VertexLayout {
                 end.max(12)
             ));
         }
-        let needed = u64::from(rows)
-            .saturating_sub(1)
-            .saturating_mul(self.stride);
-        let needed = needed
+        let before =
+            |count: u32, stride: u64| u64::from(count).saturating_sub(1).saturating_mul(stride);
+        let one = before(rows, self.stride).saturating_add(end.max(12));
+        if instances > 1 && instance < one {
+            return refuse(format!(
+                "an instance of {instance} bytes ends at {one}, in the next one"
+            ));
+        }
+        let needed = before(instances, instance)
             .saturating_add(self.offset)
-            .saturating_add(end.max(12));
+            .saturating_add(one);
         if needed > bytes {
-            return refuse(format!("{rows} vertices end at byte {needed} of {bytes}"));
+            let of = match instances {
+                1 => String::new(),
+                n => format!(" of each of {n} instances"),
+            };
+            let reason = format!("{rows} vertices{of} end at byte {needed} of {bytes}");
+            return refuse(reason);
         }
         // A buffer that is bound to a shader has less than 2^32 bytes, and so has all within.
         Ok(pass::output::Constants {
@@ -86,13 +102,15 @@ impl VertexLayout {
             offset: (self.offset / 4) as u32,
             stride: (self.stride / 4) as u32,
             normal_offset: (normal_offset / 4) as u32,
+            instance: (instance / 4) as u32,
             normals,
         })
     }
 }
 
 impl Deformer {
-    /// A buffer of the host's ([`Gpu::host_buffer`](crate::gpu::Gpu::host_buffer)) that [`Deformer::record`] fills, a vertex a row of the file, and to whom it is handed over.
+    /// A buffer of the host's ([`Gpu::host_buffer`](crate::gpu::Gpu::host_buffer)) that [`Deformer::record`] fills, a vertex a row of the file, instance after
+    /// instance, and to whom it is handed over.
     ///
     /// # Errors
     /// [`Error::Argument`] on the CPU, for a layout that does not fit into the buffer, for one of another device, and for a queue
@@ -106,7 +124,8 @@ impl Deformer {
         let Machine::Gpu(m) = &self.machine else {
             return Err(no_commands());
         };
-        let constants = layout.constants(self.statics.sizes.rows, buffer.bytes())?;
+        let constants =
+            layout.constants(self.statics.sizes.rows, self.instances(), buffer.bytes())?;
         m.gpu.check_handover(handover)?;
         let mut builder = FrameBuilder::new(&m.gpu, "output");
         builder
@@ -118,7 +137,8 @@ impl Deformer {
             .bind("skin_normals", m.resources.buffer(Resource::SkinNormals))
             .bind("host_vertices", buffer)
             .constants(&constants)
-            .items(constants.rows);
+            .items(constants.rows)
+            .instances(self.instances());
         Ok(Output {
             frame: builder.build()?,
             buffer: buffer.clone(),
@@ -134,13 +154,13 @@ impl Deformer {
     /// has to be that of their submission.
     ///
     /// # Errors
-    /// [`Error::Argument`] on the CPU, for a slot that does not exist, or for an output of another deformer;
-    /// [`Error::Pose`] as [`Deformer::advance`].
-    pub fn record(
+    /// [`Error::Argument`] on the CPU, for a slot that does not exist, an output of another deformer, or where there are not as
+    /// many poses as instances; [`Error::Pose`] as [`Deformer::advance`].
+    pub fn record<'a>(
         &mut self,
         commands: &HostCommands,
         slot: usize,
-        pose: &Pose,
+        poses: impl Into<Poses<'a>>,
         output: Option<&mut Output>,
     ) -> Result<()> {
         let slot = Slot::new(slot).ok_or_else(|| {
@@ -148,7 +168,7 @@ impl Deformer {
             Error::argument("frame slot", reason)
         })?;
         self.check_output(output.as_deref())?;
-        self.set_pose(pose)?;
+        self.set_poses(poses.into())?;
         let Machine::Gpu(m) = &mut self.machine else {
             return Err(no_commands());
         };
@@ -197,10 +217,11 @@ mod tests {
         let layout = |offset, stride, normals| VertexLayout {
             offset,
             stride,
+            instance_stride: 0,
             normals,
         };
         let good = layout(8, 32, Normals::Float(16));
-        let c = good.constants(3, 8 + 2 * 32 + 28).unwrap();
+        let c = good.constants(3, 1, 8 + 2 * 32 + 28).unwrap();
         assert_eq!((c.offset, c.stride, c.normal_offset), (2, 8, 4));
         for (layout, bytes, reason) in [
             (good, 8 + 2 * 32 + 27, "end at byte"),
@@ -212,7 +233,29 @@ mod tests {
             (layout(!3, 32, Normals::None), 1000, "end at byte"),
             (layout(0, !3, Normals::None), 1000, "end at byte"),
         ] {
-            let error = layout.constants(3, bytes).unwrap_err().to_string();
+            let error = layout.constants(3, 1, bytes).unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+        }
+        let (several, end) = (
+            |instance_stride| VertexLayout {
+                instance_stride,
+                ..good
+            },
+            8 + 2 * 32 + 28,
+        );
+        let c = several(96).constants(3, 4, 3 * 96 + end).unwrap();
+        assert_eq!(c.instance, 24);
+        for (layout, bytes, reason) in [
+            (
+                several(96),
+                3 * 96 + end - 1,
+                "of each of 4 instances end at",
+            ),
+            (several(94), 1000, "multiple of 4"),
+            (several(88), 1000, "in the next one"),
+            (several(!3), 1000, "end at byte"),
+        ] {
+            let error = layout.constants(3, 4, bytes).unwrap_err().to_string();
             assert!(error.contains(reason), "{error}");
         }
     }

@@ -2,22 +2,27 @@
 
 mod cpu;
 mod embed;
+mod heads;
+mod instance;
 mod machine;
 mod places;
 mod plan;
 mod pose;
 mod resource;
+mod resources;
 mod settings;
 mod statics;
 mod substeps;
 mod tracked;
 mod volumes;
+mod ways;
 
 use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 
 pub use embed::{Normals, Output, VertexLayout};
+pub use instance::{Instance, Poses};
 pub use places::Places;
 pub use plan::{Extent, Pass, Sizes, Step};
 pub use resource::{Kind, Resource};
@@ -27,7 +32,7 @@ pub use tracked::TrackedState;
 use crate::{
     Result,
     gpu::Gpu,
-    layout::{Dispatch, state},
+    layout::state,
     report::{FrameTimings, Iterations, MemoryReport},
     rig::{Pose, Rig},
 };
@@ -62,7 +67,7 @@ pub struct Skin {
     pub bone: Vec<u16>,
 }
 
-/// A character on a device, following poses.
+/// A character on a device, following poses: one instance of it, or several ([`Settings::instances`]).
 pub struct Deformer {
     rig: Arc<Rig>,
     settings: Settings,
@@ -80,12 +85,21 @@ impl Deformer {
     /// Memory, Vulkan and shader errors; [`crate::Error::Argument`] for settings or rigs out of range.
     pub fn new(device: &Device, rig: Arc<Rig>, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let statics = Statics::new(&rig, settings)?;
+        // On the CPU instances run one after the other, each with buffers of its own.
+        let instances = match device {
+            Device::Cpu => 1,
+            Device::Gpu(_) => settings.instances,
+        };
+        let together = Settings {
+            instances,
+            ..*settings
+        };
+        let statics = Statics::new(&rig, &together)?;
         let volumes = volumes::prepare(device, &rig, &statics, settings)?;
         let mut deformer = Self {
             machine: Machine::new(device, &statics, volumes, settings)?,
-            upload: PoseUpload::with_room(&statics, settings.max_slices() as usize),
-            tracking: Tracking::with_room(&rig.skeleton),
+            upload: PoseUpload::with_room(&statics, settings),
+            tracking: Tracking::with_room(&rig.skeleton, settings),
             settings: *settings,
             statics,
             rig,
@@ -96,12 +110,14 @@ impl Deformer {
         Ok(deformer)
     }
 
-    /// Deforms for a pose. On a GPU the work is submitted, not waited for.
+    /// Deforms all instances, each for its pose; one pose will do for one instance. On a GPU the work is submitted, not waited
+    /// for.
     ///
     /// # Errors
-    /// [`crate::Error::Pose`] where a matrix is not finite or not invertible; Vulkan errors.
-    pub fn advance(&mut self, pose: &Pose) -> Result<()> {
-        self.set_pose(pose)?;
+    /// [`crate::Error::Argument`] with subject `poses` where there are not as many as instances; [`crate::Error::Pose`] where
+    /// a matrix is not finite or not invertible; Vulkan errors. Nothing has changed then.
+    pub fn advance<'a>(&mut self, poses: impl Into<Poses<'a>>) -> Result<()> {
+        self.set_poses(poses.into())?;
         let begin = Instant::now();
         self.machine.advance(&self.upload)?;
         self.follow();
@@ -109,19 +125,19 @@ impl Deformer {
         Ok(())
     }
 
-    /// Fills the upload for a pose; what fails leaves the skin as it was.
-    fn set_pose(&mut self, pose: &Pose) -> Result<()> {
-        pose.validate(&self.rig.skeleton)?;
+    /// Fills the upload for poses; what fails leaves the skin as it was.
+    fn set_poses(&mut self, poses: Poses<'_>) -> Result<()> {
+        let poses = poses.checked(&self.rig, self.instances())?;
         if self.settings.method == Method::Tracking {
-            self.upload_substeps(pose)?;
+            self.upload_substeps(poses)?;
         } else {
             let layout = self.machine.layout();
-            self.upload.set(&self.rig, &self.statics, &layout, pose);
+            self.upload.set(&self.rig, &self.statics, &layout, poses);
         }
         Ok(())
     }
 
-    /// Waits until the last pose is deformed.
+    /// Waits until the last poses are deformed.
     ///
     /// # Errors
     /// Vulkan errors.
@@ -129,65 +145,12 @@ impl Deformer {
         self.machine.wait()
     }
 
-    /// The last deformed skin; waits for it.
+    /// The last deformed skin of the first instance; waits for it. [`Deformer::instance`] has the others.
     ///
     /// # Errors
     /// Vulkan errors.
     pub fn read(&mut self) -> Result<Skin> {
-        let positions = self.machine.read::<[f32; 4]>(Resource::SkinPositions)?;
-        let normals = self.machine.read::<[f32; 4]>(Resource::SkinNormals)?;
-        let implicit = self.settings.method.has_fields();
-        let (status, iso) = if implicit {
-            (
-                self.machine.read::<u32>(Resource::Status)?,
-                self.machine.read::<f32>(Resource::IsoValues)?,
-            )
-        } else {
-            let none = self.statics.sizes.vertices as usize;
-            (vec![0; none], vec![0.0; none])
-        };
-        let rows = &self.rig.rows.vertex;
-        let of = |row: &u32| *row as usize;
-        Ok(Skin {
-            positions: positions[..rows.len()]
-                .iter()
-                .map(|p| Vec3::from_slice(p))
-                .collect(),
-            normals: normals[..rows.len()]
-                .iter()
-                .map(|n| Vec3::from_slice(n))
-                .collect(),
-            field: positions[..rows.len()].iter().map(|p| p[3]).collect(),
-            iso: rows
-                .iter()
-                .map(|r| self.followed_iso(of(r), &status, &iso))
-                .collect(),
-            state: rows
-                .iter()
-                .map(|r| self.reported_state(implicit, of(r), &status, &iso))
-                .collect(),
-            bone: rows.iter().map(|r| self.rig.part[of(r)]).collect(),
-        })
-    }
-
-    /// A vertex that follows no field has no iso-value either.
-    fn followed_iso(&self, v: usize, status: &[u32], iso: &[f32]) -> f32 {
-        let untouched = state::of(status[v]) == state::UNTOUCHED;
-        if untouched { 0.0 } else { iso[v] }
-    }
-
-    /// Vertices that no field reaches at rest are outside; the frame never lists them.
-    fn reported_state(&self, implicit: bool, v: usize, status: &[u32], iso: &[f32]) -> u8 {
-        let state = state::of(status[v]);
-        if implicit
-            && state == state::UNTOUCHED
-            && !self.rig.geometric[v]
-            && !statics::reached(iso[v])
-        {
-            state::OUTSIDE as u8
-        } else {
-            state as u8
-        }
+        self.instance(0)?.read()
     }
 
     /// GPU times of the last completed frame, where timestamps are on; none on the CPU.
@@ -205,7 +168,7 @@ impl Deformer {
         self.machine.memory()
     }
 
-    /// Evaluations and fetches of the last frame; waits for it.
+    /// Evaluations and fetches of the last frame, of all instances together; waits for it.
     ///
     /// # Errors
     /// Vulkan errors.
@@ -215,15 +178,18 @@ impl Deformer {
             Method::Tracking => return self.tracking_iterations(),
             Method::Lbs | Method::Dqs => return Ok(Iterations::default()),
         }
-        let status = self.machine.read::<u32>(Resource::Status)?;
-        let heads = self.machine.read::<Dispatch>(Resource::Dispatches)?;
+        let mut status = Vec::new();
+        for instance in 0..self.instances() as usize {
+            status.extend(self.machine.read_part::<u32>(Resource::Status, instance)?);
+        }
+        let rows = plan::dispatch_rows(&self.settings) as usize;
+        let heads = &self.machine.heads(Resource::Dispatches, rows)?[0];
         let evaluations = status.iter().map(|s| u64::from(state::evaluations(*s)));
         Ok(Iterations {
-            newton_mean: evaluations.clone().sum::<u64>() as f64 / heads[1].count.max(1) as f64,
+            newton_mean: evaluations.clone().sum::<u64>() as f64 / heads.count(1).max(1) as f64,
             newton_max: evaluations.clone().max().unwrap_or(0) as u32,
-            rounds: heads[1..=self.settings.rounds as usize]
-                .iter()
-                .filter(|h| h.count > 0)
+            rounds: (1..=self.settings.rounds as usize)
+                .filter(|row| heads.count(*row) > 0)
                 .count() as u32,
             jacobi: 0,
             substeps: 1,
@@ -258,7 +224,8 @@ impl Deformer {
             .collect();
         let pose = Pose::rest(&self.rig.skeleton);
         let layout = self.machine.layout();
-        self.upload.set(&self.rig, &self.statics, &layout, &pose);
+        let poses = std::slice::from_ref(&pose);
+        self.upload.set(&self.rig, &self.statics, &layout, poses);
         self.machine.once(
             &plan::measure_iso(&self.statics.sizes),
             &self.upload,
@@ -267,7 +234,7 @@ impl Deformer {
         )?;
         let iso = self.machine.read::<f32>(Resource::IsoValues)?;
         let seeds = Statics::seeds(&self.rig, &iso);
-        let mut heads = Statics::dispatches(&self.settings, seeds.len());
+        let mut heads = self.statics.heads(&self.settings, seeds.len());
         let ranks = Statics::seed_ranks(iso.len(), &seeds);
         self.machine.write(Resource::SeedList, &seeds)?;
         self.machine.write(Resource::SeedRanks, &ranks)?;
@@ -275,9 +242,10 @@ impl Deformer {
             let bodies = Statics::bodies(&self.rig, &iso, &ranks);
             self.machine.write(Resource::Bodies, &bodies)?;
             let directions = self.machine.read::<[f32; 4]>(Resource::Directions)?;
-            heads[plan::rows::REDO as usize].count = rest_faults(&self.rig, &seeds, &directions);
+            let faults = rest_faults(&self.rig, &seeds, &directions);
+            heads.set_counts(plan::rows::REDO as usize, faults);
         }
-        self.machine.write(Resource::SeedDispatches, &heads)
+        self.machine.write(Resource::SeedDispatches, heads.words())
     }
 }
 

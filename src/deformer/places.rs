@@ -3,10 +3,10 @@
 use bytemuck::cast_slice;
 use glam::{Vec3, Vec4};
 
-use super::{Deformer, Machine, Resource};
+use super::{Deformer, Machine, Resource, plan::dispatch_rows};
 use crate::{
     Result,
-    layout::{Dispatch, FieldPose, FieldsHead, unpack},
+    layout::{FieldPose, FieldsHead, unpack},
 };
 
 /// Places of an atlas.
@@ -21,7 +21,7 @@ pub struct Places {
 }
 
 impl Deformer {
-    /// Samples that the projection of the last pose takes in one evaluation at the places where its vertices ended: one for
+    /// Samples that the projection of the first instance's last pose takes in one evaluation at the places where its vertices ended: one for
     /// every field whose box holds the vertex. None for methods without a projection. Waits for the frame.
     ///
     /// # Errors
@@ -31,14 +31,15 @@ impl Deformer {
             return Ok(Places::default());
         }
         let positions = self.machine.read::<[f32; 4]>(Resource::Positions)?;
-        let heads = self.machine.read::<Dispatch>(Resource::SeedDispatches)?;
+        let rows = dispatch_rows(self.settings()) as usize;
+        let heads = &self.machine.heads(Resource::SeedDispatches, rows)?[0];
         let seeds = self.machine.read::<u32>(Resource::SeedList)?;
         let head = size_of::<FieldsHead>();
         let fields: FieldsHead = bytemuck::pod_read_unaligned(&self.upload.last_fields()[..head]);
         let poses: &[FieldPose] = cast_slice(&self.upload.last_fields()[head..]);
         let scale = Vec3::from_slice(&fields.box_scale);
         let mut places = Vec::new();
-        for &v in &seeds[..heads[0].count as usize] {
+        for &v in &seeds[..heads.counts(0)[0] as usize] {
             let x = Vec3::from_slice(&positions[v as usize]);
             let held = poses[..self.rig.fields.len()].iter();
             places.extend(held.filter_map(|pose| place(pose, x, scale)));

@@ -20,7 +20,7 @@ pub struct Pass {
     pub twin: fn(&mut twin::Args<'_>),
 }
 
-/// How many workgroups a step runs.
+/// How many workgroups a step runs for an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
     /// One invocation an item.
@@ -44,11 +44,15 @@ pub enum Step {
         variant: u32,
         /// Push constants.
         constants: Vec<u8>,
+        /// Byte of the push constants where the number of the slice stands.
+        slice_at: Option<usize>,
         /// How often.
         extent: Extent,
     },
     /// Sets every word of a buffer to 0.
     Clear(Resource),
+    /// Lets a row of [`Resource::Dispatches`] have no workgroups, before the lists of several instances say how many.
+    Empty(u32),
     /// Copies a whole buffer.
     Copy(Resource, Resource),
     /// Fills a buffer with the sub-step's slice of a ring.
@@ -159,7 +163,7 @@ fn run(steps: &Range<usize>, slice: u32) -> Run {
 }
 
 /// A sub-step of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Substep {
     /// Rounds of iterations, of a half as well.
     pub(super) rounds: u32,
@@ -181,12 +185,23 @@ pub struct Sizes {
     pub vertices: u32,
     /// Rows of the file.
     pub rows: u32,
+    /// Joints.
+    pub joints: u32,
     /// Influences a vertex.
     pub width: u32,
     /// Fields.
     pub fields: u32,
     /// How the shaders compose fields ([`crate::layout::composition`]).
     pub composition: u32,
+    /// Instances that share a buffer, each with a part of its own.
+    pub instances: u32,
+}
+
+impl Sizes {
+    /// Fields that an instance's part of the posed fields has room for.
+    pub fn field_room(&self) -> u32 {
+        self.fields.max(1)
+    }
 }
 
 /// Rows of [`Resource::Dispatches`].

@@ -1,9 +1,11 @@
 //! A pose as the passes read it: palette of joints, posed fields, bounds of the index.
 
+use std::mem::offset_of;
+
 use bytemuck::{bytes_of, cast_slice};
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 
-use super::{plan::Substep, statics::Statics};
+use super::{Settings, plan::Substep, statics::Statics};
 use crate::{
     field::{AtlasLayout, GRID},
     layout::{CELLS, FieldPose, FieldsHead, JointPose, NO_MOTION, pack, pack_last_cell},
@@ -13,28 +15,44 @@ use crate::{
 /// Stretches closer to the identity than this count as rigid.
 const RIGID: f64 = 1e-5;
 
-/// Uploads of one frame, a slice a sub-step; its buffers are reused from frame to frame.
+/// What an instance does in a slice of tracking, beside others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turn {
+    /// Its last round of iterations, counted from the frame's beginning.
+    pub(super) last_round: u32,
+    /// Its skin is carried on; otherwise it has arrived.
+    pub(super) carried: bool,
+    /// Faults have the step done again in halves.
+    pub(super) halves: bool,
+    /// The furthest that any of its joints turns in the frame.
+    pub(super) degrees: f32,
+}
+
+/// Uploads of one frame: a slice a sub-step and in it a part an instance. Its buffers are reused from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct PoseUpload {
     palette: Vec<JointPose>,
     fields: Vec<u8>,
-    slices: usize,
-    /// The furthest that any joint turns in the frame, degrees.
-    turn: f32,
+    /// Parts of all slices so far.
+    parts: usize,
+    /// Parts of a slice.
+    instances: usize,
     substeps: Vec<Substep>,
-    /// Numbers of the motions of every joint in the last slice, since the pose before and since rest.
+    /// Numbers of the motions of every joint in the last part, since the pose before and since rest.
     motions: Vec<[u32; 2]>,
     /// What carries the skin of the pose before to the last slice's.
     changes: Pose,
 }
 
 impl PoseUpload {
-    /// With room for this many slices, so that no frame allocates.
-    pub(super) fn with_room(statics: &Statics, slices: usize) -> Self {
-        let joints = statics.joints;
+    /// With room for the largest frame, so that none allocates.
+    pub(super) fn with_room(statics: &Statics, settings: &Settings) -> Self {
+        let joints = statics.sizes.joints as usize;
+        let slices = settings.max_slices() as usize;
+        let parts = slices * settings.instances as usize;
         Self {
-            palette: Vec::with_capacity(slices * joints),
-            fields: Vec::with_capacity(slices * statics.fields_bytes()),
+            palette: Vec::with_capacity(parts * joints),
+            fields: Vec::with_capacity(parts * statics.fields_bytes()),
             substeps: Vec::with_capacity(slices),
             motions: Vec::with_capacity(joints),
             changes: Pose {
@@ -59,16 +77,25 @@ impl PoseUpload {
         &self.substeps
     }
 
-    /// The posed fields of the last slice.
+    /// The posed fields of the first instance in the last slice.
     pub(super) fn last_fields(&self) -> &[u8] {
-        let bytes = self.fields.len() / self.slices.max(1);
-        &self.fields[self.fields.len() - bytes..]
+        let bytes = self.fields.len() / self.parts.max(1);
+        let first = self.parts.saturating_sub(self.instances.max(1)) * bytes;
+        &self.fields[first..first + bytes]
     }
 
-    /// One slice, from a validated pose.
-    pub(super) fn set(&mut self, rig: &Rig, statics: &Statics, layout: &AtlasLayout, pose: &Pose) {
-        self.clear();
-        self.push(rig, statics, layout, None, pose);
+    /// One slice, from validated poses.
+    pub(super) fn set(
+        &mut self,
+        rig: &Rig,
+        statics: &Statics,
+        layout: &AtlasLayout,
+        poses: &[Pose],
+    ) {
+        self.clear(poses.len());
+        for pose in poses {
+            self.push(rig, statics, layout, None, pose);
+        }
         self.substeps.push(Substep {
             rounds: 0,
             halves: false,
@@ -80,22 +107,46 @@ impl PoseUpload {
         self.substeps.push(substep);
     }
 
-    /// Begins a frame in which a joint turns by so many degrees.
-    pub(super) fn begin(&mut self, turn: f32) {
-        self.clear();
-        self.turn = turn;
-    }
-
     /// No slices.
-    pub(super) fn clear(&mut self) {
-        self.turn = 0.0;
+    pub(super) fn clear(&mut self, instances: usize) {
         self.palette.clear();
         self.fields.clear();
-        self.slices = 0;
+        (self.parts, self.instances) = (0, instances);
         self.substeps.clear();
     }
 
-    /// Adds a slice from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
+    /// What the instance of the part added last does in its slice.
+    pub(super) fn set_turn(&mut self, turn: Turn) {
+        let flag = |x: bool| f32::from(u8::from(x));
+        self.put_turn(&[
+            turn.last_round as f32,
+            flag(turn.carried),
+            flag(turn.halves),
+            turn.degrees,
+        ]);
+    }
+
+    /// The first numbers of that.
+    fn put_turn(&mut self, numbers: &[f32]) {
+        let bytes = self.fields.len() / self.parts;
+        let first = self.fields.len() - bytes + offset_of!(FieldsHead, turn);
+        self.fields[first..first + size_of_val(numbers)].copy_from_slice(cast_slice(numbers));
+    }
+
+    /// Adds the part that the same instance has in the slice before, for one that has arrived.
+    pub(super) fn repeat(&mut self) {
+        let before = self.parts - self.instances;
+        let joints = self.palette.len() / self.parts;
+        let bytes = self.fields.len() / self.parts;
+        let of = |length: usize| before * length..(before + 1) * length;
+        self.palette.extend_from_within(of(joints));
+        self.fields.extend_from_within(of(bytes));
+        self.parts += 1;
+        // It arrived by as large a turn.
+        self.put_turn(&[0.0; 3]);
+    }
+
+    /// Adds a part from a validated pose. Motions and changes are since `before`, where there is one, else since rest.
     pub(super) fn push(
         &mut self,
         rig: &Rig,
@@ -125,9 +176,9 @@ impl PoseUpload {
         }
         self.changes = changes;
         self.fields
-            .resize((self.slices + 1) * statics.fields_bytes(), 0);
+            .resize((self.parts + 1) * statics.fields_bytes(), 0);
         self.set_fields(rig, statics, layout, before, pose);
-        self.slices += 1;
+        self.parts += 1;
     }
 
     fn set_fields(
@@ -150,7 +201,7 @@ impl PoseUpload {
             .reduce(join)
             .unwrap_or((Vec3::ZERO, Vec3::ONE));
         let inverse = CELLS as f32 / (high - low).max(Vec3::splat(1e-6));
-        let first_byte = self.slices * statics.fields_bytes();
+        let first_byte = self.parts * statics.fields_bytes();
         let head = first_byte + size_of::<FieldsHead>();
         for (i, to_model) in posed.enumerate() {
             let (first, last) = extent(&to_model);
@@ -185,7 +236,7 @@ impl PoseUpload {
             grid_origin: low.extend(statics.cell_words() as f32).to_array(),
             grid_inverse: inverse.extend(fields as f32).to_array(),
             box_scale: box_scale.extend(scale).to_array(),
-            turn: [0.0, 0.0, 0.0, self.turn],
+            turn: [0.0, 1.0, 0.0, 0.0],
         };
         self.fields[first_byte..head].copy_from_slice(bytes_of(&content));
     }

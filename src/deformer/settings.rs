@@ -42,6 +42,9 @@ impl Method {
 pub struct Settings {
     /// Method.
     pub method: Method,
+    /// Instances of the rig, 1 to 65,535. They share fields, operators and mesh, have a pose each, and are deformed in one set
+    /// of dispatches: the same bits as by deformers of their own.
+    pub instances: u32,
     /// σ of Eq. 4: share of the distance to the iso-value that a Newton step goes. The paper has 0.35; with steps clamped
     /// to a tenth of the radius, 0.7 ends on the same surface with half the evaluations.
     pub sigma: f32,
@@ -90,10 +93,14 @@ pub struct Settings {
     pub allowed_faults: u32,
 }
 
+/// Workgroups along y that every device has.
+const MAX_INSTANCES: u32 = 65_535;
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             method: Method::Implicit,
+            instances: 1,
             sigma: 0.7,
             tolerance: 1e-4,
             contact_degrees: 55.0,
@@ -145,6 +152,7 @@ impl Settings {
     /// [`Error::Argument`] naming the setting that is out of range.
     pub(super) fn check(&self) -> Result<()> {
         let good = [
+            ("instances", (1..=MAX_INSTANCES).contains(&self.instances)),
             ("sigma", self.sigma > 0.0 && self.sigma <= 1.0),
             ("tolerance", self.tolerance > 0.0 && self.tolerance < 0.1),
             (

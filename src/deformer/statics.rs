@@ -5,13 +5,17 @@ use std::collections::BTreeMap;
 use bytemuck::{Pod, cast_slice};
 use glam::Vec3;
 
-use super::{Method, Resource, Settings, plan::Sizes};
+use super::{
+    Kind, Method, Resource, Settings,
+    heads::{self, Heads},
+    plan::{Sizes, dispatch_rows},
+};
 use crate::{
     Error, Result,
     compose::{Fold, Operator, TABLE},
     layout::{
-        CELLS, Dispatch, FieldPose, FieldsHead, JointPose, MAX_FIELDS, NO_FIELD, NO_SEED,
-        SET_BLOCK, SET_SEEDS, Vertex, composition,
+        CELLS, FieldPose, FieldsHead, JointPose, MAX_FIELDS, NO_FIELD, NO_SEED, SET_BLOCK,
+        SET_SEEDS, Vertex, composition,
     },
     mesh::cotangent,
     rig::Rig,
@@ -29,11 +33,12 @@ pub(super) fn reached(iso: f32) -> bool {
 #[derive(Debug, Default)]
 pub(super) struct Statics {
     pub(super) sizes: Sizes,
-    pub(super) joints: usize,
     /// Initial content; buffers that are not here start as zeros of [`Statics::words`].
     pub(super) content: BTreeMap<u32, Vec<u32>>,
-    /// Words of every buffer.
+    /// Words of every buffer, with the parts of all instances.
     pub(super) words: BTreeMap<u32, usize>,
+    /// Words of an instance's part of the buffers that have parts.
+    parts: BTreeMap<u32, usize>,
     /// Row of the rig's field of every posed field.
     pub(super) order: Vec<u32>,
     /// [`crate::layout::FieldPose::link`] of every posed field.
@@ -54,11 +59,12 @@ impl Statics {
             sizes: Sizes {
                 vertices: rig.mesh.positions.len() as u32,
                 rows: rig.rows.vertex.len() as u32,
+                joints: rig.skeleton.joints.len() as u32,
                 width: rig.weights.width as u32,
                 fields: rig.fields.len() as u32,
                 composition: composition::UNIONS,
+                instances: settings.instances,
             },
-            joints: rig.skeleton.joints.len(),
             ..Self::default()
         };
         s.mesh(rig);
@@ -78,9 +84,16 @@ impl Statics {
         Ok(s)
     }
 
-    /// Bytes of the posed fields.
+    /// Words of an instance's part of a buffer; of a buffer without parts, all of them.
+    pub(super) fn part(&self, resource: Resource) -> usize {
+        let row = resource as u32;
+        let words = self.parts.get(&row).or_else(|| self.words.get(&row));
+        words.copied().unwrap_or(0)
+    }
+
+    /// Bytes of the posed fields of an instance.
     pub(super) fn fields_bytes(&self) -> usize {
-        size_of::<FieldsHead>() + self.sizes.fields.max(1) as usize * size_of::<FieldPose>()
+        size_of::<FieldsHead>() + self.sizes.field_room() as usize * size_of::<FieldPose>()
     }
 
     /// Words of an index cell; shaders read them in pairs.
@@ -113,9 +126,10 @@ impl Statics {
     }
 
     /// Heads of the work lists as a frame begins: the seeds, the rest empty.
-    pub(super) fn dispatches(settings: &Settings, seeds: usize) -> Vec<Dispatch> {
-        let mut heads = vec![Dispatch::of(0); super::plan::dispatch_rows(settings) as usize];
-        heads[0] = Dispatch::of(seeds);
+    pub(super) fn heads(&self, settings: &Settings, seeds: usize) -> Heads {
+        let rows = dispatch_rows(settings) as usize;
+        let mut heads = Heads::empty(rows, self.sizes.instances as usize);
+        heads.set(0, seeds);
         heads
     }
 
@@ -126,9 +140,15 @@ impl Statics {
         self.content.insert(resource as u32, words);
     }
 
+    /// So many elements for every instance, where instances have one each.
     fn size<T>(&mut self, resource: Resource, count: usize) {
         let words = (count.max(1) * size_of::<T>()).div_ceil(4);
-        self.words.insert(resource as u32, words.max(4));
+        let mut all = words;
+        if resource.kind() == Kind::Transient {
+            self.parts.insert(resource as u32, words);
+            all *= self.sizes.instances as usize;
+        }
+        self.words.insert(resource as u32, all.max(4));
     }
 
     fn mesh(&mut self, rig: &Rig) {
@@ -293,8 +313,12 @@ impl Statics {
         for r in vectors {
             self.size::<[f32; 4]>(r, vertices);
         }
-        // Both the welded vertices and the file's rows are skinned with their rotations.
-        self.size::<[f32; 4]>(Resource::Rotations, vertices.max(rows));
+        let skinned = if settings.method == Method::Dqs {
+            rows
+        } else {
+            vertices
+        };
+        self.size::<[f32; 4]>(Resource::Rotations, skinned);
         let words = [
             Resource::SeedList,
             Resource::SeedRanks,
@@ -319,13 +343,17 @@ impl Statics {
         for r in [Resource::LiveSet, Resource::ContactSet, Resource::RegionSet] {
             self.size::<u32>(r, blocks * SET_BLOCK);
         }
-        let heads = super::plan::dispatch_rows(settings) as usize;
-        for r in [Resource::SeedDispatches, Resource::Dispatches] {
-            self.size::<Dispatch>(r, heads);
+        let rows = dispatch_rows(settings) as usize;
+        let heads = heads::words(rows, self.sizes.instances as usize);
+        for (r, copies) in [
+            (Resource::SeedDispatches, 1),
+            (Resource::Dispatches, 1),
+            (Resource::History, settings.max_rounds() as usize),
+        ] {
+            self.words.insert(r as u32, heads * copies);
         }
-        self.size::<Dispatch>(Resource::History, heads * settings.max_rounds() as usize);
         self.size::<u32>(Resource::Faults, 1);
-        self.size::<JointPose>(Resource::Palette, self.joints);
+        self.size::<JointPose>(Resource::Palette, self.sizes.joints as usize);
         self.size::<u8>(Resource::Fields, self.fields_bytes());
         self.size::<u32>(
             Resource::Index,

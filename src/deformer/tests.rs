@@ -5,6 +5,7 @@
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 mod embedding;
+mod instances;
 mod muscle;
 mod tracking;
 
@@ -75,6 +76,7 @@ type Words = BTreeMap<u32, Vec<u32>>;
 fn bound(step: &Step) -> Vec<Resource> {
     match step {
         Step::Clear(r) => vec![*r],
+        Step::Empty(_) => vec![Resource::Dispatches],
         Step::Copy(a, b) | Step::Keep(a, b) => vec![*a, *b],
         Step::Take(_, b) => vec![*b],
         Step::Dispatch { bind, .. } => [&bind[..], &[Resource::Dispatches]].concat(),
@@ -159,6 +161,7 @@ fn differing(r: Resource, gpu: &[u32], twin: &[u32], size: f32) -> Vec<usize> {
 
 fn written(step: &Step) -> Vec<Resource> {
     match step {
+        Step::Empty(_) => vec![Resource::Dispatches],
         Step::Clear(r) | Step::Copy(_, r) | Step::Keep(_, r) | Step::Take(_, r) => vec![*r],
         Step::Dispatch { pass, bind, .. } => {
             let access = pass.declaration.bindings.iter().map(|b| b.access);
@@ -174,6 +177,7 @@ fn written(step: &Step) -> Vec<Resource> {
 fn name(step: &Step) -> &'static str {
     match step {
         Step::Clear(_) => "clear",
+        Step::Empty(_) => "empty",
         Step::Copy(..) => "copy",
         Step::Take(..) => "take",
         Step::Keep(..) => "keep",
@@ -307,7 +311,9 @@ fn compare_all(file: &str, joints: &[(&str, crate::compose::Operator)], methods:
             let close = Pose::interpolate(&rig.skeleton, &rest, &pose, 0.95).unwrap();
             deformer.advance(&close).unwrap();
             deformer.wait().unwrap();
-            deformer.upload_substeps(&pose).unwrap();
+            deformer
+                .upload_substeps(std::slice::from_ref(&pose))
+                .unwrap();
         } else {
             deformer.advance(&pose).unwrap();
             deformer.wait().unwrap();

@@ -4,10 +4,13 @@ mod bytes;
 
 use glam::Vec3;
 
-use super::{Deformer, Method, Resource, plan, substeps::Substeps};
+use super::{
+    Deformer, Method, Resource, Settings, plan,
+    plan::Substep,
+    ways::{Context, Way},
+};
 use crate::{
     Error, Result,
-    layout::Dispatch,
     report::Iterations,
     rig::{Pose, Rig, Skeleton},
 };
@@ -18,17 +21,17 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedState {
     /// None where the next pose is reached from rest.
-    pose: Option<Pose>,
+    pub(super) pose: Option<Pose>,
     /// Welded vertices in model space; w: movement in the last iteration, over the radius.
-    tracked: Vec<[f32; 4]>,
+    pub(super) tracked: Vec<[f32; 4]>,
     /// The same one iteration ago.
-    before: Vec<[f32; 4]>,
+    pub(super) before: Vec<[f32; 4]>,
     /// Gradients of the last evaluation.
-    slopes: Vec<[f32; 4]>,
+    pub(super) slopes: Vec<[f32; 4]>,
     /// What settling and smoothing added to each vertex, turned back to rest with its part.
-    corrections: Vec<[f32; 4]>,
+    pub(super) corrections: Vec<[f32; 4]>,
     /// Fields that moved with each vertex in the last sub-step.
-    around: Vec<u32>,
+    pub(super) around: Vec<u32>,
 }
 
 impl TrackedState {
@@ -42,7 +45,7 @@ impl TrackedState {
         self.tracked.iter().map(|p| Vec3::from_slice(p))
     }
 
-    fn rest(rig: &Rig) -> Self {
+    pub(super) fn rest(rig: &Rig) -> Self {
         let positions = rig.mesh.positions.iter();
         let tracked: Vec<[f32; 4]> = positions.map(|p| p.extend(0.0).to_array()).collect();
         Self {
@@ -56,7 +59,7 @@ impl TrackedState {
         }
     }
 
-    fn fits(&self, rig: &Rig) -> bool {
+    pub(super) fn fits(&self, rig: &Rig) -> bool {
         let vertices = rig.mesh.positions.len();
         let fits = |rows: &Vec<[f32; 4]>| {
             rows.len() == vertices && rows.iter().flatten().all(|x| x.is_finite())
@@ -72,232 +75,157 @@ impl TrackedState {
 /// What the façade keeps of tracking, with memory that is reused from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct Tracking {
-    /// What the skin follows.
+    /// An instance each.
+    pub(super) skins: Vec<Followed>,
+    /// The frame that is in the upload.
+    ways: Vec<Way>,
+    /// The last frame.
+    substeps: Vec<Substep>,
+    capped: bool,
+}
+
+/// What the skin of an instance follows.
+#[derive(Debug)]
+pub(super) struct Followed {
     pose: Pose,
-    /// It follows a pose; else the next one is reached from rest.
+    /// It follows that pose; else the next one is reached from rest.
     posed: bool,
     /// A reset or restore failed halfway: what lies on the device is no state.
-    broken: bool,
-    /// The last frame.
-    frame: Substeps,
-    /// The frame that is in the upload, and its pose.
-    next: Substeps,
-    next_pose: Pose,
-    way: Way,
+    pub(super) broken: bool,
 }
 
-/// Poses on the way to another.
-#[derive(Debug, Default)]
-struct Way {
-    start: Pose,
-    /// End of the sub-step before.
-    last: Pose,
-    /// What the skin followed then.
-    before: Pose,
-    half: Pose,
-}
+impl Followed {
+    /// None where the next pose is reached from rest.
+    pub(super) fn pose(&self) -> Option<&Pose> {
+        self.posed.then_some(&self.pose)
+    }
 
-impl Tracking {
-    /// With room for all poses.
-    pub(super) fn with_room(skeleton: &Skeleton) -> Self {
-        let room = || Pose::rest(skeleton);
-        Self {
-            pose: room(),
-            next_pose: room(),
-            way: Way {
-                start: room(),
-                last: room(),
-                before: room(),
-                half: room(),
-            },
-            ..Self::default()
+    /// Goes on from a state's pose.
+    pub(super) fn set(&mut self, pose: Option<&Pose>) {
+        self.posed = pose.is_some();
+        if let Some(pose) = pose {
+            self.pose.clone_from(pose);
         }
     }
-}
 
-impl Deformer {
-    /// Forgets the tracked skin: the next pose is reached from rest, whatever came before. For cuts, and to make a frame
-    /// depend on its pose alone. Nothing else than tracking has such a state.
-    ///
     /// # Errors
-    /// Vulkan errors.
-    pub fn reset(&mut self) -> Result<()> {
-        if self.settings.method == Method::Tracking {
-            let rest = TrackedState::rest(&self.rig);
-            self.put_state(&rest)?;
-            self.tracking.posed = false;
-        }
-        Ok(())
-    }
-
-    /// The state that the next frame goes on from; none for methods other than tracking. Waits for the last frame.
-    ///
-    /// # Errors
-    /// Vulkan errors.
-    pub fn save(&mut self) -> Result<Option<TrackedState>> {
-        if self.settings.method != Method::Tracking {
-            return Ok(None);
-        }
-        self.check_state()?;
-        Ok(Some(TrackedState {
-            pose: self.tracking.posed.then(|| self.tracking.pose.clone()),
-            tracked: self.machine.read(Resource::Tracked)?,
-            before: self.machine.read(Resource::TrackedBefore)?,
-            slopes: self.machine.read(Resource::TrackedSlopes)?,
-            corrections: self.machine.read(Resource::Corrections)?,
-            around: self.machine.read(Resource::Around)?,
-        }))
-    }
-
-    /// Goes on from a saved state.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] with subject `state` where the method is not tracking or the state is another character's;
-    /// Vulkan errors.
-    pub fn restore(&mut self, state: &TrackedState) -> Result<()> {
-        if self.settings.method != Method::Tracking {
-            return Err(Error::argument("state", "only tracking has one"));
-        }
-        if !state.fits(&self.rig) {
-            return Err(Error::argument("state", "it is of another character"));
-        }
-        self.put_state(state)?;
-        self.tracking.posed = state.pose.is_some();
-        if let Some(pose) = &state.pose {
-            self.tracking.pose.clone_from(pose);
-        }
-        Ok(())
-    }
-
-    fn put_state(&mut self, state: &TrackedState) -> Result<()> {
-        self.machine.wait()?;
-        self.tracking.broken = true;
-        self.machine.write(Resource::Tracked, &state.tracked)?;
-        self.machine.write(Resource::TrackedBefore, &state.before)?;
-        self.machine.write(Resource::TrackedSlopes, &state.slopes)?;
-        self.machine
-            .write(Resource::Corrections, &state.corrections)?;
-        self.machine.write(Resource::Around, &state.around)?;
-        self.tracking.broken = false;
-        Ok(())
-    }
-
-    fn check_state(&self) -> Result<()> {
-        if self.tracking.broken {
+    /// [`Error::Argument`] where there is no state to go on from.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.broken {
             let reason = "a reset or restore failed halfway; it has to be done again";
             return Err(Error::argument("state", reason));
         }
         Ok(())
     }
+}
 
-    /// Fills the upload with the sub-steps to a validated pose.
-    pub(super) fn upload_substeps(&mut self, pose: &Pose) -> Result<()> {
-        self.check_state()?;
-        let layout = self.machine.layout();
-        let Self {
-            rig,
-            statics,
-            settings,
-            upload,
-            tracking,
-            ..
-        } = self;
-        let skeleton = &rig.skeleton;
-        let Way {
-            start,
-            last,
-            before,
-            half,
-        } = &mut tracking.way;
-        if tracking.posed {
-            start.clone_from(&tracking.pose);
-            before.clone_from(start);
-        } else {
-            // At rest the tracked skin is not yet where the root carries it.
-            before.put_rest(skeleton);
-            put_at_root(rig, pose, start);
+impl Tracking {
+    /// With room for all poses.
+    pub(super) fn with_room(skeleton: &Skeleton, settings: &Settings) -> Self {
+        let skin = || Followed {
+            pose: Pose::rest(skeleton),
+            posed: false,
+            broken: false,
+        };
+        let instances = 0..settings.instances;
+        Self {
+            skins: instances.clone().map(|_| skin()).collect(),
+            ways: instances.map(|_| Way::with_room(skeleton)).collect(),
+            substeps: Vec::with_capacity(settings.max_substeps as usize),
+            capped: false,
         }
-        last.clone_from(start);
-        let steps = Substeps::new(skeleton, settings, start, pose);
-        let substep = steps.substep();
-        let end = &mut tracking.next_pose;
-        upload.begin(steps.turned);
-        for k in 1..=steps.count {
-            steps.put_pose(skeleton, [start, pose], k, end)?;
-            let mut push = |from: &Pose, to: &Pose| {
-                upload.push(rig, statics, &layout, Some(from), to);
-            };
-            push(before, end);
-            if substep.halves {
-                half.put_between(skeleton, last, end, 0.5)?;
-                push(before, half);
-                push(half, end);
-            }
-            upload.end_substep(substep);
-            last.clone_from(end);
-            before.clone_from(end);
-        }
-        tracking.next = steps;
-        Ok(())
+    }
+}
+
+impl Deformer {
+    /// Forgets the tracked skins of all instances: their next poses are reached from rest, whatever came before. For cuts, and
+    /// to make a frame depend on its poses alone. Nothing else than tracking has such a state.
+    ///
+    /// # Errors
+    /// Vulkan errors.
+    pub fn reset(&mut self) -> Result<()> {
+        (0..self.instances()).try_for_each(|row| self.instance(row)?.reset())
     }
 
-    /// The frame in the upload is on its way: a tracked skin follows its pose.
+    /// The state that the next frame of the first instance goes on from; none for methods other than tracking. Waits for the
+    /// last frame. [`Deformer::instance`] has the others.
+    ///
+    /// # Errors
+    /// Vulkan errors.
+    pub fn save(&mut self) -> Result<Option<TrackedState>> {
+        self.instance(0)?.save()
+    }
+
+    /// Lets the first instance go on from a saved state. [`Deformer::instance`] has the others.
+    ///
+    /// # Errors
+    /// [`Error::Argument`](crate::Error::Argument) with subject `state` where the method is not tracking or the state is
+    /// another character's; Vulkan errors.
+    pub fn restore(&mut self, state: &TrackedState) -> Result<()> {
+        self.instance(0)?.restore(state)
+    }
+
+    /// Fills the upload with the sub-steps to validated poses, one an instance.
+    pub(super) fn upload_substeps(&mut self, poses: &[Pose]) -> Result<()> {
+        let tracking = &mut self.tracking;
+        tracking.skins.iter().try_for_each(Followed::check)?;
+        let context = Context {
+            rig: &self.rig,
+            settings: &self.settings,
+            statics: &self.statics,
+            layout: self.machine.layout(),
+        };
+        context.upload(&mut tracking.ways, &tracking.skins, poses, &mut self.upload)
+    }
+
+    /// The frame in the upload is on its way: the tracked skins follow its poses.
     pub(super) fn follow(&mut self) {
         if self.settings.method != Method::Tracking {
             return;
         }
         let tracking = &mut self.tracking;
-        std::mem::swap(&mut tracking.pose, &mut tracking.next_pose);
-        (tracking.posed, tracking.frame) = (true, tracking.next);
+        for (skin, way) in tracking.skins.iter_mut().zip(&mut tracking.ways) {
+            std::mem::swap(&mut skin.pose, &mut way.end);
+            skin.posed = true;
+        }
+        tracking.substeps.clear();
+        tracking.substeps.extend_from_slice(self.upload.substeps());
+        tracking.capped = tracking.ways.iter().any(|way| way.steps.capped);
     }
 
     /// Iterations of the last tracked frame.
     pub(super) fn tracking_iterations(&mut self) -> Result<Iterations> {
-        let history = self.machine.read::<Dispatch>(Resource::History)?;
-        let frame = self.tracking.frame;
-        let substep = frame.substep();
-        let rounds = (substep.rounds * substep.slices()) as usize;
-        let heads: Vec<_> = history
-            .chunks_exact(plan::rows::COUNT as usize)
-            .take(frame.count as usize * rounds)
-            .collect();
-        let live = heads
-            .iter()
-            .map(|heads| heads[plan::rows::LIVE as usize].count);
+        let rows = plan::rows::COUNT as usize;
+        let history = self.machine.heads(Resource::History, rows)?;
+        let seeds = &self.machine.heads(Resource::SeedDispatches, rows)?[0];
+        let substeps = &self.tracking.substeps;
+        let rounds = substeps.iter().map(|s| (s.rounds * s.slices()) as usize);
+        let heads = &history[..rounds.sum()];
+        let live = heads.iter().map(|h| h.count(plan::rows::LIVE as usize));
         let run = live.clone().filter(|count| *count > 0).count() as u32;
-        let evaluations: u64 = live
-            .map(|count| u64::from(count * (plan::ROUND / plan::STRIDE)))
-            .sum();
+        let each = plan::ROUND / plan::STRIDE;
+        let evaluations = live.sum::<u64>() * u64::from(each);
         // The first round of a first half tells whether there are halves.
         let mut halved = 0;
-        for first in (0..frame.count as usize).map(|k| k * rounds) {
+        let mut first = 0;
+        for substep in substeps {
             let half = first + substep.rounds as usize;
-            let redo = substep.halves && heads[half][plan::rows::REDO as usize].groups[0] > 0;
+            first += (substep.rounds * substep.slices()) as usize;
+            let redo = substep.halves && heads[half].groups(plan::rows::REDO as usize) > 0;
             halved += u32::from(redo);
         }
-        let seeds = self.machine.read::<Dispatch>(Resource::SeedDispatches)?[0].count;
+        let seeds = seeds.count(plan::rows::SEEDS as usize);
         Ok(Iterations {
-            newton_mean: evaluations as f64 / f64::from(seeds.max(1)),
-            newton_max: run * (plan::ROUND / plan::STRIDE),
+            newton_mean: evaluations as f64 / seeds.max(1) as f64,
+            newton_max: run * each,
             rounds: run,
             jacobi: run * plan::ROUND,
-            substeps: frame.count,
+            substeps: substeps.len() as u32,
             halved,
-            capped: frame.capped,
+            capped: self.tracking.capped,
             evaluations,
             fetches: 0,
         })
-    }
-}
-
-/// The rest pose with the roots where a pose has them.
-fn put_at_root(rig: &Rig, pose: &Pose, start: &mut Pose) {
-    start.put_rest(&rig.skeleton);
-    for (j, joint) in rig.skeleton.joints.iter().enumerate() {
-        start.matrices[j] = match joint.parent {
-            Some(parent) => start.matrices[parent],
-            None => pose.matrices[j],
-        };
     }
 }
 

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{
     Frame, FrameBuilder, SlotState,
-    builder::{Copy, Extent, Pass, Resource, Step, Work},
+    builder::{Copy, Extent, Fill, Pass, Resource, Step, Work},
     hazard::{Hazards, Uses},
     profile::Turns,
 };
@@ -27,7 +27,7 @@ pub(super) struct Built {
 
 pub(super) enum Command {
     Dispatch(Dispatch),
-    Fill { to: usize, value: u32 },
+    Fill(Fill),
     Copy(Copy),
 }
 
@@ -73,7 +73,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
             uses,
         } = step;
         let command = match work {
-            Work::Fill { to, value } => Command::Fill { to, value },
+            Work::Fill(fill) => Command::Fill(fill),
             Work::Copy(copy) => Command::Copy(copy),
             Work::Pass(pass) => Command::Dispatch(dispatch(
                 pass,

@@ -122,8 +122,18 @@ pub(super) struct Step {
 
 pub(super) enum Work {
     Pass(Pass),
-    Fill { to: usize, value: u32 },
+    Fill(Fill),
     Copy(Copy),
+}
+
+/// Words of a resource that get a value.
+#[derive(Clone, Copy)]
+pub(super) struct Fill {
+    pub(super) to: usize,
+    /// Where the first begins, and all of them, in bytes.
+    pub(super) offset: u64,
+    pub(super) bytes: u64,
+    pub(super) value: u32,
 }
 
 /// A copy between two resources; both ends move on by their stride with [`Span::index`](super::Span::index).
@@ -197,12 +207,28 @@ impl FrameBuilder {
 
     /// Sets every 32-bit word of a buffer or of the slot's buffer of a ring.
     pub fn fill(&mut self, to: impl Into<End>, value: u32) {
+        let to = to.into();
+        let bytes = to.0.bytes() / 4 * 4;
+        self.fill_range(to, 0, bytes, value);
+    }
+
+    /// Sets the 32-bit words of a range of a buffer; offset and length in bytes, multiples of 4.
+    pub fn fill_range(&mut self, to: impl Into<End>, offset: u64, bytes: u64, value: u32) {
         let to = self.resource(to.into().0, "fill");
-        self.push(
-            "fill",
-            Work::Fill { to, value },
-            vec![(to, Uses::TRANSFER_WRITE)],
-        );
+        let end = offset.saturating_add(bytes);
+        let in_words = (offset | bytes).is_multiple_of(4);
+        if end > self.resources[to].bytes() || !in_words {
+            let reason = format!("{bytes} bytes from {offset} on are no words of it");
+            let name = self.resources[to].name().to_owned();
+            self.fail(Error::argument(name, reason));
+        }
+        let fill = Fill {
+            to,
+            offset,
+            bytes,
+            value,
+        };
+        self.push("fill", Work::Fill(fill), vec![(to, Uses::TRANSFER_WRITE)]);
         let label = format!("fill {}", self.resources[to].name());
         self.label(&label);
     }
@@ -334,6 +360,14 @@ impl PassBuilder<'_> {
     pub fn items(mut self, items: u32) -> Self {
         let size = self.work().declaration.local_size[0].max(1);
         self.groups([items.div_ceil(size), 1, 1])
+    }
+
+    /// Repeats the workgroups along y, for so many instances.
+    pub fn instances(mut self, instances: u32) -> Self {
+        if let Some(Extent::Groups(groups)) = &mut self.work().extent {
+            groups[1] = groups[1].saturating_mul(instances);
+        }
+        self
     }
 
     /// Dispatches as many workgroups as the three 32-bit counts at `offset` bytes in `buffer` say.

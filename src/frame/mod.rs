@@ -374,9 +374,9 @@ impl Built {
         let buffer = |row: usize| resources[row].buffer(slot);
         match &self.command {
             Command::Dispatch(dispatch) => dispatch.record(recorder, resources, slot, index),
-            Command::Fill { to, value } => {
-                if let Some(to) = buffer(*to) {
-                    recorder.fill(to, *value);
+            Command::Fill(fill) => {
+                if let Some(to) = buffer(fill.to) {
+                    recorder.fill((to, fill.offset), fill.bytes, fill.value);
                 }
             }
             Command::Copy(copy) => {

@@ -211,7 +211,12 @@ impl Gpu {
     /// [`Error::Memory`](crate::Error::Memory) where `bytes` is longer than the buffer or staging would pass the budget;
     /// [`Error::Vulkan`](crate::Error::Vulkan) where the driver fails.
     pub fn upload(&self, buffer: &Buffer, bytes: &[u8]) -> Result<()> {
-        transfer::upload(&self.shared, buffer, bytes)
+        self.upload_at(buffer, 0, bytes)
+    }
+
+    /// Writes a part of a buffer from `offset` in bytes; see [`Gpu::upload`].
+    pub(crate) fn upload_at(&self, buffer: &Buffer, offset: u64, bytes: &[u8]) -> Result<()> {
+        transfer::upload(&self.shared, (buffer, offset), bytes)
     }
 
     /// Reads a whole buffer after all work submitted so far; blocks.
@@ -219,7 +224,17 @@ impl Gpu {
     /// # Errors
     /// As [`Gpu::upload`].
     pub fn download(&self, buffer: &Buffer) -> Result<Vec<u8>> {
-        transfer::download(&self.shared, buffer)
+        self.download_part(buffer, 0, buffer.bytes())
+    }
+
+    /// Reads `bytes` of a buffer from `offset` on; see [`Gpu::download`].
+    pub(crate) fn download_part(
+        &self,
+        buffer: &Buffer,
+        offset: u64,
+        bytes: u64,
+    ) -> Result<Vec<u8>> {
+        transfer::download(&self.shared, (buffer, offset), bytes)
     }
 
     /// Writes all texels of an image, x fastest, after all work submitted so far; blocks.

@@ -249,15 +249,15 @@ impl Recorder<'_> {
         }
     }
 
-    /// Sets every 32-bit word of a buffer; bytes past the last whole word stay.
-    pub(crate) fn fill(&self, buffer: &Buffer, value: u32) {
-        let bytes = buffer.bytes() / 4 * 4;
+    /// Sets every 32-bit word of a range, in whole words, that the caller has checked.
+    pub(crate) fn fill(&self, (buffer, offset): (&Buffer, u64), bytes: u64, value: u32) {
         if bytes > 0 {
-            // SAFETY: recording; the owner of the command buffer keeps the buffer alive; the size is a multiple of 4.
+            // SAFETY: recording; the owner of the command buffer keeps the buffer alive; the range lies within it, in
+            // multiples of 4.
             unsafe {
                 self.shared
                     .device
-                    .cmd_fill_buffer(self.raw, buffer.raw(), 0, bytes, value)
+                    .cmd_fill_buffer(self.raw, buffer.raw(), offset, bytes, value)
             };
         }
     }

@@ -29,13 +29,17 @@ fn staging(shared: &Arc<Shared>, location: MemoryLocation, bytes: u64) -> Result
     Buffer::new(shared, request, bytes)
 }
 
-pub(crate) fn upload(shared: &Arc<Shared>, to: &Buffer, bytes: &[u8]) -> Result<()> {
-    to.check(0, bytes.len() as u64)?;
+pub(crate) fn upload(
+    shared: &Arc<Shared>,
+    (to, first): (&Buffer, u64),
+    bytes: &[u8],
+) -> Result<()> {
+    to.check(first, bytes.len() as u64)?;
     if bytes.is_empty() {
         return Ok(());
     }
     if to.is_mapped() {
-        return to.write(0, bytes);
+        return to.write(first, bytes);
     }
     let staging = staging(
         shared,
@@ -44,7 +48,7 @@ pub(crate) fn upload(shared: &Arc<Shared>, to: &Buffer, bytes: &[u8]) -> Result<
     )?;
     for (chunk, part) in bytes.chunks(CHUNK as usize).enumerate() {
         staging.write(0, part)?;
-        let offset = chunk as u64 * CHUNK;
+        let offset = first + chunk as u64 * CHUNK;
         immediate(shared, to.name(), |r| {
             r.copy((&staging, 0), (to, offset), part.len() as u64);
             Ok(())
@@ -53,16 +57,21 @@ pub(crate) fn upload(shared: &Arc<Shared>, to: &Buffer, bytes: &[u8]) -> Result<
     Ok(())
 }
 
-pub(crate) fn download(shared: &Arc<Shared>, from: &Buffer) -> Result<Vec<u8>> {
-    let mut bytes = vec![0; from.bytes() as usize];
+pub(crate) fn download(
+    shared: &Arc<Shared>,
+    (from, first): (&Buffer, u64),
+    length: u64,
+) -> Result<Vec<u8>> {
+    from.check(first, length)?;
+    let mut bytes = vec![0; length as usize];
     if from.is_mapped() {
         shared.wait_all(from.name())?;
-        from.read(0, &mut bytes)?;
+        from.read(first, &mut bytes)?;
         return Ok(bytes);
     }
-    let staging = staging(shared, MemoryLocation::GpuToCpu, CHUNK.min(from.bytes()))?;
+    let staging = staging(shared, MemoryLocation::GpuToCpu, CHUNK.min(length))?;
     for (chunk, part) in bytes.chunks_mut(CHUNK as usize).enumerate() {
-        let offset = chunk as u64 * CHUNK;
+        let offset = first + chunk as u64 * CHUNK;
         immediate(shared, from.name(), |r| {
             r.copy((from, offset), (&staging, 0), part.len() as u64);
             Ok(())

@@ -4,7 +4,7 @@ pub mod field_grid;
 
 use bytemuck::{Pod, Zeroable};
 
-/// Greatest number of fields: what a uniform block of 16 KiB, which every device has, holds.
+/// Greatest number of fields: their numbers are those of motions, too, and [`NO_MOTION`] is none.
 pub const MAX_FIELDS: usize = 255;
 
 /// Cells of the index along an axis.
@@ -139,7 +139,7 @@ pub struct FieldPose {
     pub last_cell: u32,
 }
 
-/// Head of the uniform block of posed fields; [`FieldPose`]s follow.
+/// Head of the posed fields of an instance; [`FieldPose`]s follow.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct FieldsHead {
@@ -149,7 +149,9 @@ pub struct FieldsHead {
     pub grid_inverse: [f32; 4],
     /// Texture coordinates a box coordinate; w: model units a rest unit.
     pub box_scale: [f32; 4],
-    /// w: the furthest that any joint turns in the frame, degrees, in tracking.
+    /// What an instance does beside others in tracking: its last round of iterations, counted from the frame's beginning; 1
+    /// where the skin is carried on, 0 where it has arrived; 1 where faults have the step done again in halves; the degrees that any of its joints turns
+    /// in the frame at most.
     pub turn: [f32; 4],
 }
 
@@ -176,7 +178,7 @@ pub fn unpack_last_cell(word: u32) -> ([u32; 3], u32) {
     )
 }
 
-/// Head of a work list.
+/// Head of a work list of one instance.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Dispatch {

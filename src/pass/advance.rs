@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -30,7 +30,7 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::read_write("around"),
         Binding::read_write("stirs"),
         Binding::read_write("live_set"),
-        Binding::new("fields", Access::Uniform),
+        Binding::words("dispatches"),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -38,6 +38,9 @@ pub const DECLARATION: Declaration = Declaration {
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],
 };
+
+/// No row: a whole step.
+pub const NO_ROW: u32 = u32::MAX;
 
 /// Push constants.
 #[repr(C)]
@@ -49,4 +52,10 @@ pub struct Constants {
     pub width: u32,
     /// Movement that counts as rest, over the part's radius.
     pub stillness: f32,
+    /// Joints.
+    pub joints: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
+    /// Row whose number of items says whether the skin is carried on into a half; [`NO_ROW`] for a whole step.
+    pub redo: u32,
 }

@@ -14,8 +14,9 @@ pub const DECLARATION: Declaration = Declaration {
     bindings: &[
         Binding::words("seeds"),
         Binding::words("members"),
-        Binding::write("dispatches"),
+        Binding::read_write("dispatches"),
         Binding::write("listed"),
+        Binding::texels("field_poses"),
     ],
     constants: size_of::<Constants>() as u32,
     local_size: [64, 1, 1],
@@ -30,4 +31,10 @@ pub const SEEDS: u32 = 8;
 pub struct Constants {
     /// Row of the list's head.
     pub result: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
+    /// Number of the round of iterations, from the frame's beginning on; 0 outside of rounds.
+    pub round: u32,
 }

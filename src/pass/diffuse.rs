@@ -30,6 +30,8 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
     /// β is the contact state.
     pub first: u32,
 }

@@ -22,7 +22,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::read_write("corrections"),
         Binding::read_write("positions"),
         Binding::read_write("status"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -40,6 +39,12 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Joints.
+    pub joints: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// |f − iso| that counts as settled.
     pub tolerance: f32,
 }

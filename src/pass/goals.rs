@@ -32,4 +32,6 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Welded vertices.
     pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
 }

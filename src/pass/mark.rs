@@ -29,4 +29,6 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
 }

@@ -15,7 +15,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("positions"),
         Binding::write("values"),
         Binding::write("directions"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -33,4 +32,6 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Welded vertices.
     pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
 }

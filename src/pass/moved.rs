@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::{Access, Binding, Declaration};
+use crate::gpu::{Binding, Declaration};
 
 /// The pass as the frame sees it.
 pub const DECLARATION: Declaration = Declaration {
@@ -24,7 +24,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::write("positions"),
         Binding::write("status"),
         Binding::read_write("live_set"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -39,6 +38,12 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Joints.
+    pub joints: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// Influences a vertex.
     pub width: u32,
 }

@@ -39,6 +39,8 @@ pub struct Constants {
     pub stride: u32,
     /// From a vertex's beginning to its normal.
     pub normal_offset: u32,
+    /// From instance to instance.
+    pub instance: u32,
     /// [`NO_NORMALS`], [`FLOAT_NORMALS`] or [`BYTE_NORMALS`].
     pub normals: u32,
 }

@@ -27,7 +27,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("rotations"),
         Binding::read_write("contact_set"),
         Binding::words("seed_ranks"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -52,6 +51,10 @@ pub const HOLD: u32 = 4;
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// Newton steps of this call.
     pub steps: u32,
     /// Evaluations of the field in this call: one more than steps in the last call.

@@ -11,7 +11,11 @@ pub const DECLARATION: Declaration = Declaration {
         env!("CARGO_MANIFEST_DIR"),
         "/shaders/spirv/redo.spv"
     )),
-    bindings: &[Binding::read("faults"), Binding::read_write("dispatches")],
+    bindings: &[
+        Binding::read("faults"),
+        Binding::words("seed_dispatches"),
+        Binding::read_write("dispatches"),
+    ],
     constants: size_of::<Constants>() as u32,
     local_size: [1, 1, 1],
 };
@@ -20,7 +24,7 @@ pub const DECLARATION: Declaration = Declaration {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Constants {
-    /// Row of the halves' head; its count is the number of faults at rest.
+    /// Row of the halves' head; of the seeds' heads, its number of items is that of the faults at rest.
     pub redo: u32,
     /// Welded vertices.
     pub vertices: u32,

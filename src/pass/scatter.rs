@@ -31,4 +31,6 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Rows of the file.
     pub rows: u32,
+    /// Welded vertices.
+    pub vertices: u32,
 }

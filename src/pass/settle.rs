@@ -20,7 +20,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::write("positions"),
         Binding::read_write("status"),
         Binding::read_write("contact_set"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -38,6 +37,12 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
+    /// Length of an instance's part of the list; 0 where all instances share it.
+    pub listed: u32,
     /// Newton steps.
     pub steps: u32,
     /// 1: vertices in contact stay where they are and are only measured.

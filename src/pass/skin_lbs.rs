@@ -33,4 +33,6 @@ pub struct Constants {
     pub rows: u32,
     /// Influences a vertex.
     pub width: u32,
+    /// Joints.
+    pub joints: u32,
 }

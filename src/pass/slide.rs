@@ -35,6 +35,10 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// ω of the semi-iteration, 1 for none of it.
     pub omega: f32,
 }

@@ -18,7 +18,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("gradients"),
         Binding::words("iso_values"),
         Binding::read_write("positions"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -36,6 +35,10 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// Cosine of the gradients' angle that counts as a discontinuity.
     pub cos_contact: f32,
 }

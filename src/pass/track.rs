@@ -24,7 +24,6 @@ pub const DECLARATION: Declaration = Declaration {
         Binding::texels("slopes"),
         Binding::write("tracks"),
         Binding::write("gradients"),
-        Binding::new("fields", Access::Uniform),
         Binding::texels("field_poses"),
         Binding::words("field_words"),
         Binding::words("index"),
@@ -43,6 +42,10 @@ pub const DECLARATION: Declaration = Declaration {
 pub struct Constants {
     /// Row of the list's head.
     pub dispatch: u32,
+    /// Welded vertices.
+    pub vertices: u32,
+    /// Fields that an instance's part has room for.
+    pub fields: u32,
     /// 1: those that still move enter the set for the next list, with their neighbours.
     pub enter: u32,
     /// ω of the semi-iteration, 1 for none of it.

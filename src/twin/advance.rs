@@ -7,8 +7,8 @@ use super::{
     shared::{carry::carry, field::Boxes, motion::Motions, relaxation::at, set},
 };
 use crate::{
-    layout::{JointPose, Vertex},
-    pass::advance::Constants,
+    layout::{Dispatch, JointPose, Vertex},
+    pass::advance::{Constants, NO_ROW},
 };
 
 /// Carries every vertex on and enters those that are awake.
@@ -32,7 +32,15 @@ pub fn run(args: &mut Args<'_>) {
     let around = args.write::<u32>(15);
     let stirs = args.write::<f32>(16);
     let live_set = args.write::<u32>(17);
-    let boxes = Boxes::new(args, 18);
+    let heads = args.read::<Dispatch>(18);
+    let boxes = Boxes::new(args, 19);
+    let carried_on = match c.redo {
+        NO_ROW => boxes.is_carried(),
+        row => heads[row as usize].count > 0,
+    };
+    if !carried_on {
+        return;
+    }
     for v in 0..c.vertices as usize {
         let row = v as u32;
         let [_, radius, freedom, rank] = bodies[v];

@@ -10,7 +10,10 @@ use super::{
         rotation::{half_way, rotate},
     },
 };
-use crate::{layout::Vertex, pass::goals::Constants};
+use crate::{
+    layout::{FieldsHead, Vertex},
+    pass::goals::Constants,
+};
 
 /// Sums the turned edges at rest of every vertex.
 pub fn run(args: &mut Args<'_>) {
@@ -19,7 +22,7 @@ pub fn run(args: &mut Args<'_>) {
     let (rings, weights) = (args.read::<u32>(1), args.read::<f32>(2));
     let vertices = args.read::<Vertex>(3);
     let rotations = args.read::<[f32; 4]>(4);
-    let scale = args.read::<[f32; 4]>(5)[2][3];
+    let scale = args.read::<FieldsHead>(5)[0].box_scale[3];
     let geometric = args.read::<[f32; 4]>(6);
     let stirs = args.read::<f32>(7);
     let goals = args.write::<[f32; 4]>(8);

@@ -10,7 +10,7 @@ const MARGIN: f32 = 1e-4;
 /// Enters every field into the cells that its box meets.
 pub fn run(args: &mut Args<'_>) {
     let words = args.read::<u32>(0);
-    let index = args.write::<u32>(3);
+    let index = args.write::<u32>(2);
     let split = size_of::<FieldsHead>() / 4;
     let head: FieldsHead = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words[..split]));
     let fields = &cast::<FieldPose>(&words[split..])[..head.grid_inverse[3] as usize];

@@ -5,7 +5,7 @@ use super::{
     shared::{carry::carry, list, relaxation::at},
 };
 use crate::{
-    layout::{JointPose, Vertex},
+    layout::{FieldsHead, JointPose, Vertex},
     pass::judge::Constants,
 };
 
@@ -23,11 +23,15 @@ pub fn run(args: &mut Args<'_>) {
     let bodies = args.read::<[f32; 4]>(4);
     let tracks = args.read::<[f32; 4]>(5);
     let slopes = args.read::<[f32; 4]>(6);
-    let scale = args.read::<[f32; 4]>(7)[2][3];
+    let head = args.read::<FieldsHead>(7)[0];
     let tracked = args.read::<[f32; 4]>(8);
     let vertices = args.read::<Vertex>(9);
     let palette = args.read::<JointPose>(10);
     let faults = args.write::<u32>(11);
+    if head.turn[2] == 0.0 {
+        return;
+    }
+    let scale = head.box_scale[3];
     for &v in listed {
         let [iso, radius, ..] = bodies[v as usize];
         let (slope, x) = (at(slopes, v), at(tracks, v));

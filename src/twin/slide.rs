@@ -7,7 +7,7 @@ use super::{
         relaxation::{Relaxation, at, normal},
     },
 };
-use crate::pass::slide::Constants;
+use crate::{layout::FieldsHead, pass::slide::Constants};
 
 /// Relaxes the listed vertices.
 pub fn run(args: &mut Args<'_>) {
@@ -15,7 +15,7 @@ pub fn run(args: &mut Args<'_>) {
     let listed = list::items(args, c.dispatch);
     let bodies = args.read::<[f32; 4]>(5);
     let slopes = args.read::<[f32; 4]>(9);
-    let scale = args.read::<[f32; 4]>(10)[2][3];
+    let scale = args.read::<FieldsHead>(10)[0].box_scale[3];
     let relaxation = Relaxation {
         offsets: args.read(2),
         rings: args.read(3),

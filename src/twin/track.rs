@@ -35,7 +35,7 @@ pub fn run(args: &mut Args<'_>) {
     };
     let field = Composite::new(args, 12);
     let (tracks, gradients) = (args.write::<[f32; 4]>(10), args.write::<[f32; 4]>(11));
-    let live_set = args.write::<u32>(19);
+    let live_set = args.write::<u32>(18);
     let step = |&v: &u32| {
         let [iso, radius, freedom, _] = bodies[v as usize];
         let radius = radius * field.scale();

@@ -42,12 +42,20 @@ fn march(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
         if !last {
             steps.push(Step::Clear(Resource::LiveSet));
         }
-        let projection = project(settings, from, round + 1, start, count, fresh | limit);
-        steps.push(composed(projection, sizes));
+        let flags = fresh | limit;
+        steps.push(project(
+            sizes,
+            settings,
+            from,
+            round + 1,
+            start,
+            count,
+            flags,
+        ));
         if !last {
             let to = lists[round as usize % 2];
             steps.push(compact(sizes, Resource::LiveSet, to, round + 2));
-            steps.push(relax(to, round + 2));
+            steps.push(relax(sizes, to, round + 2));
             from = to;
         }
     }
@@ -63,17 +71,9 @@ fn smooth_contacts(steps: &mut Vec<Step>, sizes: &Sizes, settings: &Settings) {
         Resource::ContactList,
         contacts,
     ));
-    steps.push(composed(touch(settings, contacts), sizes));
+    steps.push(touch(sizes, settings, contacts));
     smooth_region(steps, sizes, settings, [contacts, region]);
     let flags = pass::project::FRESH | pass::project::LAST | pass::project::HOLD;
-    let start = Resource::Relaxed;
-    let projection = project(
-        settings,
-        list,
-        region,
-        start,
-        settings.settling_steps,
-        flags,
-    );
-    steps.push(composed(projection, sizes));
+    let (start, count) = (Resource::Relaxed, settings.settling_steps);
+    steps.push(project(sizes, settings, list, region, start, count, flags));
 }

@@ -35,6 +35,7 @@ pub(super) fn dispatch(
         bind: bind.to_vec(),
         variant: 0,
         constants: bytes_of(constants).to_vec(),
+        slice_at: None,
         extent,
     }
 }
@@ -50,6 +51,9 @@ pub(super) fn composed(mut step: Step, sizes: &Sizes) -> Step {
 pub(super) fn moved(sizes: &Sizes) -> Step {
     let constants = pass::moved::Constants {
         dispatch: 0,
+        vertices: sizes.vertices,
+        joints: sizes.joints,
+        fields: sizes.field_room(),
         width: sizes.width,
     };
     let bind = [
@@ -67,16 +71,14 @@ pub(super) fn moved(sizes: &Sizes) -> Step {
         Resource::LiveSet,
         Resource::Fields,
         Resource::Fields,
-        Resource::Fields,
         Resource::Index,
     ];
     dispatch(pass!(moved), &bind, &constants, Extent::Indirect(0))
 }
 
-/// `bind`, and the seven bindings of the composed field.
+/// `bind`, and the six bindings of the composed field.
 fn with_field(bind: &[Resource]) -> Vec<Resource> {
     let field = [
-        Resource::Fields,
         Resource::Fields,
         Resource::Fields,
         Resource::Index,
@@ -87,20 +89,17 @@ fn with_field(bind: &[Resource]) -> Vec<Resource> {
     [bind, &field].concat()
 }
 
-/// Clears the index and enters every field: a workgroup row a field, [`SLICES`] workgroups each.
+/// Clears the index and enters every field, several workgroups each.
 pub(super) fn index(sizes: &Sizes) -> [Step; 2] {
-    let enter = Step::Dispatch {
-        pass: pass!(index),
-        bind: [&[Resource::Fields; 3][..], &[Resource::Index]].concat(),
-        variant: 0,
-        constants: Vec::new(),
-        extent: Extent::Groups([sizes.fields.max(1), SLICES, 1]),
-    };
-    [Step::Clear(Resource::Index), enter]
+    let bind = [Resource::Fields, Resource::Fields, Resource::Index];
+    let fields = sizes.field_room();
+    let constants = pass::index::Constants { fields };
+    let extent = Extent::Groups([fields * pass::index::SLICES, 1, 1]);
+    [
+        Step::Clear(Resource::Index),
+        dispatch(pass!(index), &bind, &constants, extent),
+    ]
 }
-
-/// Workgroups that share one field's cells.
-const SLICES: u32 = 4;
 
 const INFLUENCES: [Resource; 4] = [
     Resource::Vertices,
@@ -117,9 +116,12 @@ pub(super) fn skin_file_rows(sizes: &Sizes, linear: bool) -> Step {
         Resource::Rotations,
     ];
     let extent = Extent::Items(sizes.rows);
-    let (rows_, width) = (sizes.rows, sizes.width);
     if linear {
-        let constants = pass::skin_lbs::Constants { rows: rows_, width };
+        let constants = pass::skin_lbs::Constants {
+            rows: sizes.rows,
+            width: sizes.width,
+            joints: sizes.joints,
+        };
         dispatch(
             pass!(skin_lbs),
             &[&rows[..], &INFLUENCES, &out[..2]].concat(),
@@ -127,7 +129,11 @@ pub(super) fn skin_file_rows(sizes: &Sizes, linear: bool) -> Step {
             extent,
         )
     } else {
-        let constants = pass::skin_dqs::Constants { rows: rows_, width };
+        let constants = pass::skin_dqs::Constants {
+            rows: sizes.rows,
+            width: sizes.width,
+            joints: sizes.joints,
+        };
         dispatch(
             pass!(skin_dqs),
             &[&rows[..], &INFLUENCES, &out].concat(),
@@ -147,6 +153,7 @@ pub(super) fn skin_welded(sizes: &Sizes) -> Step {
     let constants = pass::skin_dqs::Constants {
         rows: sizes.vertices,
         width: sizes.width,
+        joints: sizes.joints,
     };
     let bind = [&rows[..], &INFLUENCES, &out].concat();
     dispatch(
@@ -158,6 +165,7 @@ pub(super) fn skin_welded(sizes: &Sizes) -> Step {
 }
 
 pub(super) fn project(
+    sizes: &Sizes,
     settings: &Settings,
     list: Resource,
     head: u32,
@@ -167,6 +175,8 @@ pub(super) fn project(
 ) -> Step {
     let constants = pass::project::Constants {
         dispatch: head,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
         steps,
         evaluations: steps + u32::from(flags & pass::project::LAST != 0),
         flags,
@@ -191,12 +201,15 @@ pub(super) fn project(
         Resource::ContactSet,
         Resource::SeedRanks,
     ]);
-    dispatch(pass!(project), &bind, &constants, Extent::Indirect(head))
+    let extent = Extent::Indirect(head);
+    composed(dispatch(pass!(project), &bind, &constants, extent), sizes)
 }
 
-pub(super) fn touch(settings: &Settings, head: u32) -> Step {
+pub(super) fn touch(sizes: &Sizes, settings: &Settings, head: u32) -> Step {
     let constants = pass::touch::Constants {
         dispatch: head,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
         cos_contact: settings.contact_degrees.to_radians().cos(),
     };
     let bind = with_field(&[
@@ -207,12 +220,24 @@ pub(super) fn touch(settings: &Settings, head: u32) -> Step {
         Resource::IsoValues,
         Resource::Positions,
     ]);
-    dispatch(pass!(touch), &bind, &constants, Extent::Indirect(head))
+    let extent = Extent::Indirect(head);
+    composed(dispatch(pass!(touch), &bind, &constants, extent), sizes)
 }
 
 pub(super) fn compact(sizes: &Sizes, set: Resource, to: Resource, result: u32) -> Step {
-    let constants = pass::compact::Constants { result };
-    let bind = [Resource::SeedList, set, Resource::Dispatches, to];
+    let constants = pass::compact::Constants {
+        result,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
+        round: 0,
+    };
+    let bind = [
+        Resource::SeedList,
+        set,
+        Resource::Dispatches,
+        to,
+        Resource::Fields,
+    ];
     let blocks = sizes.vertices.div_ceil(SET_SEEDS as u32);
     let invocations = blocks * SET_SEEDS as u32 / pass::compact::SEEDS;
     dispatch(
@@ -223,7 +248,7 @@ pub(super) fn compact(sizes: &Sizes, set: Resource, to: Resource, result: u32) -
     )
 }
 
-pub(super) fn relax(list: Resource, head: u32) -> Step {
+pub(super) fn relax(sizes: &Sizes, list: Resource, head: u32) -> Step {
     let bind = [
         list,
         Resource::Dispatches,
@@ -238,12 +263,15 @@ pub(super) fn relax(list: Resource, head: u32) -> Step {
     dispatch(
         pass!(relax),
         &bind,
-        &pass::relax::Constants { dispatch: head },
+        &pass::relax::Constants {
+            dispatch: head,
+            vertices: sizes.vertices,
+        },
         Extent::Indirect(head),
     )
 }
 
-pub(super) fn mark(head: u32) -> Step {
+pub(super) fn mark(sizes: &Sizes, head: u32) -> Step {
     let bind = [
         Resource::ContactList,
         Resource::Dispatches,
@@ -255,14 +283,18 @@ pub(super) fn mark(head: u32) -> Step {
     dispatch(
         pass!(mark),
         &bind,
-        &pass::mark::Constants { dispatch: head },
+        &pass::mark::Constants {
+            dispatch: head,
+            vertices: sizes.vertices,
+        },
         Extent::Indirect(head),
     )
 }
 
-pub(super) fn diffuse(head: u32, first: bool, from: Resource, to: Resource) -> Step {
+pub(super) fn diffuse(sizes: &Sizes, head: u32, first: bool, [from, to]: [Resource; 2]) -> Step {
     let constants = pass::diffuse::Constants {
         dispatch: head,
+        vertices: sizes.vertices,
         first: first.into(),
     };
     let bind = [
@@ -277,7 +309,7 @@ pub(super) fn diffuse(head: u32, first: bool, from: Resource, to: Resource) -> S
     dispatch(pass!(diffuse), &bind, &constants, Extent::Indirect(head))
 }
 
-pub(super) fn smooth(head: u32, beta: Resource, from: Resource, to: Resource) -> Step {
+pub(super) fn smooth(sizes: &Sizes, head: u32, beta: Resource, [from, to]: [Resource; 2]) -> Step {
     let bind = [
         Resource::RegionList,
         Resource::Dispatches,
@@ -290,7 +322,10 @@ pub(super) fn smooth(head: u32, beta: Resource, from: Resource, to: Resource) ->
     dispatch(
         pass!(smooth),
         &bind,
-        &pass::smooth::Constants { dispatch: head },
+        &pass::smooth::Constants {
+            dispatch: head,
+            vertices: sizes.vertices,
+        },
         Extent::Indirect(head),
     )
 }
@@ -309,7 +344,10 @@ pub(super) fn scatter(sizes: &Sizes) -> Step {
     dispatch(
         pass!(scatter),
         &bind,
-        &pass::scatter::Constants { rows: sizes.rows },
+        &pass::scatter::Constants {
+            rows: sizes.rows,
+            vertices: sizes.vertices,
+        },
         Extent::Items(sizes.rows),
     )
 }
@@ -326,6 +364,15 @@ pub(super) fn clear_skin() -> [Step; 5] {
     .map(Step::Clear)
 }
 
+/// The list of a round of iterations: nothing for an instance that has had all its rounds.
+pub(super) fn compact_round(sizes: &Sizes, set: Resource, to: Resource, result: u32) -> Step {
+    let mut step = compact(sizes, set, to, result);
+    if let Step::Dispatch { slice_at, .. } = &mut step {
+        *slice_at = Some(std::mem::offset_of!(pass::compact::Constants, round));
+    }
+    step
+}
+
 /// The palette of the sub-step.
 pub(super) fn take_palette() -> Step {
     Step::Take(Resource::PaletteRing, Resource::Palette)
@@ -339,6 +386,7 @@ pub(super) fn take_fields() -> Step {
 pub(super) fn measure(sizes: &Sizes) -> Step {
     let constants = pass::measure::Constants {
         vertices: sizes.vertices,
+        fields: sizes.field_room(),
     };
     let bind = with_field(&[
         Resource::Positions,
@@ -371,7 +419,7 @@ pub(super) fn smooth_region(
     settings: &Settings,
     [contacts, region]: [u32; 2],
 ) {
-    steps.push(mark(contacts));
+    steps.push(mark(sizes, contacts));
     steps.push(compact(
         sizes,
         Resource::RegionSet,
@@ -380,12 +428,22 @@ pub(super) fn smooth_region(
     ));
     let betas = [Resource::BetaA, Resource::BetaB];
     for k in 0..settings.diffusions as usize {
-        steps.push(diffuse(region, k == 0, betas[(k + 1) % 2], betas[k % 2]));
+        steps.push(diffuse(
+            sizes,
+            region,
+            k == 0,
+            [betas[(k + 1) % 2], betas[k % 2]],
+        ));
     }
     let beta = betas[(settings.diffusions as usize + 1) % 2];
     steps.push(Step::Copy(Resource::Positions, Resource::Relaxed));
     let ends = [Resource::Positions, Resource::Relaxed];
     for k in 0..settings.smoothings as usize {
-        steps.push(smooth(region, beta, ends[k % 2], ends[(k + 1) % 2]));
+        steps.push(smooth(
+            sizes,
+            region,
+            beta,
+            [ends[k % 2], ends[(k + 1) % 2]],
+        ));
     }
 }

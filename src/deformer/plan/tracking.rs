@@ -18,8 +18,8 @@ pub(in crate::deformer) mod rows {
     pub(in crate::deformer) const CONTACTS: u32 = 2;
     /// Around the contacts.
     pub(in crate::deformer) const REGION: u32 = 3;
-    /// What begins the halves of a sub-step: none of its workgroups where there are no faults. Its count is the number of
-    /// faults at rest.
+    /// What begins the halves of a sub-step: no workgroups and no items where there are no faults. Of the seeds' heads, its
+    /// number of items is that of the faults at rest.
     pub(in crate::deformer) const REDO: u32 = 4;
     pub(in crate::deformer) const COUNT: u32 = 5;
 }
@@ -64,7 +64,7 @@ fn carried(sizes: &Sizes, settings: &Settings, extent: Extent) -> Vec<Step> {
 fn judged(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     vec![
         Step::Clear(Resource::Faults),
-        judge(TRACKS[0], SLOPES[0]),
+        judge(sizes, TRACKS[0], SLOPES[0]),
         redo(sizes, settings),
     ]
 }
@@ -77,11 +77,16 @@ fn halved(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
 
 /// Iterates on what moves against its joint; finds what still does, unless this is the last round.
 fn round(sizes: &Sizes, settings: &Settings, last: bool) -> Vec<Step> {
-    let mut steps = vec![
-        compact(sizes, Resource::LiveSet, Resource::LiveA, rows::LIVE),
+    // The lists of several instances make their common head by a maximum.
+    let mut steps = match sizes.instances {
+        1 => vec![],
+        _ => vec![Step::Empty(rows::LIVE)],
+    };
+    steps.extend([
+        compact_round(sizes, Resource::LiveSet, Resource::LiveA, rows::LIVE),
         Step::Keep(Resource::Dispatches, Resource::History),
         Step::Clear(Resource::LiveSet),
-    ];
+    ]);
     for k in 0..ROUND as usize {
         let evaluations = k / STRIDE as usize;
         let iteration = Iteration {
@@ -97,7 +102,7 @@ fn round(sizes: &Sizes, settings: &Settings, last: bool) -> Vec<Step> {
         steps.push(if (k as u32 + 1).is_multiple_of(STRIDE) {
             track(sizes, settings, &iteration)
         } else {
-            slide(&iteration)
+            slide(sizes, &iteration)
         });
     }
     steps

@@ -67,6 +67,7 @@ fn play(method: Method, normals: Normals) -> (Skin, Vec<[u32; 6]>, Skin) {
     let layout = VertexLayout {
         offset: 64,
         stride: 24,
+        instance_stride: 0,
         normals,
     };
     let bytes = 64 + 24 * rows as u64;
@@ -143,11 +144,13 @@ fn packed_normals_are_within_half_a_step_and_the_rest_of_a_vertex_stays() {
         offset: 16,
         stride: 6,
         normal_offset: 4,
+        instance: 0,
         normals: BYTE_NORMALS,
     };
     let layout = VertexLayout {
         offset: 64,
         stride: 24,
+        instance_stride: 0,
         normals: Normals::Byte(16),
     };
     assert!(vertices(&twin(&recorded, constants), rows, layout) == written);

@@ -19,7 +19,7 @@ const FADING: f32 = 8.0;
 /// Number of the contact operator.
 const CONTACT: u32 = 1;
 
-/// The first four bindings of a composed field: where its fields are.
+/// The first three bindings of a composed field: where its fields are.
 #[derive(Clone, Copy)]
 pub struct Boxes<'a> {
     head: FieldsHead,
@@ -30,13 +30,18 @@ pub struct Boxes<'a> {
 impl<'a> Boxes<'a> {
     /// Reads the bindings, from `first` on.
     pub fn new(args: &Args<'a>, first: usize) -> Self {
-        let words = args.read::<u32>(first + 1);
+        let words = args.read::<u32>(first);
         let head = size_of::<FieldsHead>() / 4;
         Self {
-            head: args.read(first)[0],
+            head: cast(&words[..head])[0],
             fields: cast(&words[head..]),
-            index: args.read(first + 3),
+            index: args.read(first + 2),
         }
+    }
+
+    /// The skin is carried on in this step.
+    pub fn is_carried(&self) -> bool {
+        self.head.turn[1] != 0.0
     }
 
     /// Model units a rest unit.
@@ -123,7 +128,7 @@ impl<'a> Boxes<'a> {
     }
 }
 
-/// The seven bindings that every pass with a composed field has, from `first` on.
+/// The six bindings that every pass with a composed field has, from `first` on.
 #[derive(Clone, Copy)]
 pub struct Composite<'a> {
     boxes: Boxes<'a>,
@@ -138,9 +143,9 @@ impl<'a> Composite<'a> {
     pub fn new(args: &Args<'a>, first: usize) -> Self {
         Self {
             boxes: Boxes::new(args, first),
-            atlas: args.image(first + 4),
-            operators: args.image(first + 5),
-            opening: args.read(first + 6),
+            atlas: args.image(first + 3),
+            operators: args.image(first + 4),
+            opening: args.read(first + 5),
             composition: args.variant(),
         }
     }

@@ -30,13 +30,15 @@ Plays the chosen poses in turn: by default the file's first clip, or random pose
 waited for, so that times do not overlap. Timestamps cost time, so that a frame times a few passes, in turn, and the
 ceiling is measured between the turns. Times are the least, the median and the 95th percentile over the frames;
 compare the least ones between runs on a shared machine. What timing adds to a pass is measured, too, and taken off;
-the frame's own times are of frames that time no pass, and shares are of means.
+the frame's own times are of frames that time no pass, and shares are of means. With --instances all is
+told of all instances together, but for the last row, which is the share of one.
 
 Examples:
   dermis bench human-male.glb                        all joints move, as in the clip
   dermis bench human-male.glb --random 60            random poses, up to 45° a joint
   dermis bench hand.glb --one-joint index2           one joint moves
   dermis bench human-male.glb --method tracking --step 0.05
+  dermis bench mannequin.glb --instances 64          64 at once: fields once, one set of dispatches
   dermis bench arm.glb --json - | jq '.frame.gpu_ms'
   dermis bench arm.glb --compare-profiling           what timestamps cost")]
 pub(crate) struct Args {
@@ -55,6 +57,9 @@ pub(crate) struct Args {
     /// Swing all joints at once by up to 20° (or --degrees), each about an axis of its own, by this many radians a frame.
     #[arg(long, value_name = "X", group = "source", value_parser = parse::positive)]
     step: Option<f32>,
+    /// Instances of the character, deformed together; each plays the poses from a place of its own, evenly apart.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65_535))]
+    instances: u32,
     /// Also play each frame without timestamps, in turn, and say what they cost.
     #[arg(long)]
     compare_profiling: bool,
@@ -87,7 +92,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         frames: args.count.map(|count| count as usize),
     };
     let ceiling = ceiling_device(args, &session.device)?;
-    let deformer = session.deformer(method)?;
+    let deformer = session.deformer_of(method, args.instances)?;
     let run = Run::new(&session, deformer, ceiling.as_ref(), args.compare_profiling)?;
     let measured = run.measure(&poses, length)?;
     if let Some(gpu) = ceiling {

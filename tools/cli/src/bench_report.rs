@@ -19,9 +19,11 @@ pub(crate) struct Report {
     device: Device,
     model: Model,
     method: &'static str,
+    instances: u32,
     frames: usize,
     passes: Vec<Pass>,
     frame: Frame,
+    instance: Instance,
     iterations: Iterations,
     memory: BTreeMap<String, u64>,
     ceiling: Option<Ceiling>,
@@ -66,6 +68,13 @@ struct Pass {
 struct Frame {
     gpu_ms: Spread,
     cpu_record_ms: Spread,
+    wall_ms: Spread,
+}
+
+/// The share of one instance in a frame.
+#[derive(Debug, Serialize)]
+struct Instance {
+    gpu_ms: Spread,
     wall_ms: Spread,
 }
 
@@ -155,17 +164,23 @@ impl Report {
         let samples = &measured.samples;
         let (on, off) = (&samples.wall_ns, &measured.plain_ns);
         let compared = !off.is_empty();
+        let frame = Frame {
+            gpu_ms: Spread::of_ns(&samples.gpu_ns),
+            cpu_record_ms: Spread::of_ns(&samples.cpu_record_ns),
+            wall_ms: Spread::of_ns(&samples.wall_ns),
+        };
         Self {
             device: device(session.device_report()),
             model: model(session),
             method,
+            instances: measured.instances,
             frames: samples.wall_ns.len(),
             passes: passes(samples),
-            frame: Frame {
-                gpu_ms: Spread::of_ns(&samples.gpu_ns),
-                cpu_record_ms: Spread::of_ns(&samples.cpu_record_ns),
-                wall_ms: Spread::of_ns(&samples.wall_ns),
+            instance: Instance {
+                gpu_ms: frame.gpu_ms.over(measured.instances),
+                wall_ms: frame.wall_ms.over(measured.instances),
             },
+            frame,
             iterations: iterations(samples),
             memory: classes(measured.memory.clone()),
             ceiling: measured.ceilings.iter().copied().reduce(Ceiling::max),
@@ -194,7 +209,15 @@ impl Report {
                 model.joints,
                 model.fields
             ),
-            format!("{}, {source}, {} frames", self.method, self.frames),
+            format!(
+                "{}, {source}, {} frames{}",
+                self.method,
+                self.frames,
+                match self.instances {
+                    1 => String::new(),
+                    n => format!(" of {n} instances"),
+                }
+            ),
             String::new(),
             self.pass_table(),
             self.verdict() + &self.sum_line(),
@@ -231,12 +254,17 @@ impl Report {
             String::new(),
         );
         row("wall", String::new(), frame.wall_ms, String::new());
+        if self.instances > 1 {
+            let wall = self.instance.wall_ms;
+            row("an instance", String::new(), wall, String::new());
+        }
         table.to_string()
     }
 
     fn verdict(&self) -> String {
-        let per_vertex = self.frame.wall_ms.p50 * 1e6 / self.model.vertices.max(1) as f64;
-        let welded = self.frame.wall_ms.p50 * 1e6 / self.model.welded_vertices.max(1) as f64;
+        let wall = self.instance.wall_ms.p50 * 1e6;
+        let per_vertex = wall / self.model.vertices.max(1) as f64;
+        let welded = wall / self.model.welded_vertices.max(1) as f64;
         let iterations = &self.iterations;
         format!(
             "{per_vertex:.0} ns a vertex and frame ({welded:.0} a welded one), wall p50\n\

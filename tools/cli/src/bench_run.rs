@@ -2,7 +2,7 @@
 
 use dermis::{
     Result,
-    deformer::{Deformer, Device, Method},
+    deformer::{Deformer, Device, Method, Settings},
     frame::{CeilingMeter, LEAST_PLACES, ReplayMeter, StampMeter},
     gpu::{Gpu, Profile},
     report::{Ceiling, MemoryReport},
@@ -31,6 +31,7 @@ pub(crate) struct Length {
 pub(crate) struct Measured {
     pub(crate) samples: Samples,
     pub(crate) memory: MemoryReport,
+    pub(crate) instances: u32,
     /// One a round.
     pub(crate) ceilings: Vec<Ceiling>,
     /// Wall-clock of the same frames without timestamps, where they were to be compared.
@@ -107,9 +108,9 @@ impl Run {
     /// Plays `poses` again and again.
     pub(crate) fn measure(mut self, poses: &[Pose], length: Length) -> Result<Measured> {
         let mut samples = Samples::default();
-        let mut course = Course::new(poses, self.deformer.settings().method);
+        let mut course = Course::new(poses, self.deformer.settings());
         for i in 0..length.warm_up.max(1) {
-            samples.play(&mut self.deformer, course.pose(i))?;
+            samples.play(&mut self.deformer, course.poses(i))?;
         }
         if let Some(meters) = &mut self.meters {
             meters.follow(&mut self.deformer)?;
@@ -127,17 +128,17 @@ impl Run {
                 ceilings.push(ceiling);
                 excess_ns.push(excess);
                 // The meters leave the caches cold.
-                self.plain(course.pose(first))?;
+                self.plain(course.poses(first))?;
             }
             for turn in 0..turns {
                 // The two take turns in going first, so that neither always finds warm caches.
                 let plain_first = (round + turn) % 2 == 1;
                 if self.compare && plain_first {
-                    plain_ns.push(self.plain(course.pose(first + turn))?);
+                    plain_ns.push(self.plain(course.poses(first + turn))?);
                 }
-                samples.play(&mut self.deformer, course.pose(first + turn))?;
+                samples.play(&mut self.deformer, course.poses(first + turn))?;
                 if self.compare && !plain_first {
-                    plain_ns.push(self.plain(course.pose(first + turn))?);
+                    plain_ns.push(self.plain(course.poses(first + turn))?);
                 }
             }
         }
@@ -145,45 +146,58 @@ impl Run {
         Ok(Measured {
             samples,
             memory: self.deformer.memory(),
+            instances: self.deformer.instances(),
             ceilings,
             plain_ns,
         })
     }
 
     /// A frame without timestamps, which takes no turn.
-    fn plain(&mut self, pose: &Pose) -> Result<u64> {
+    fn plain(&mut self, poses: &[Pose]) -> Result<u64> {
         let profile = |profile| {
             if let Some(gpu) = &self.gpu {
                 gpu.set_profile(profile);
             }
         };
         profile(Profile::Off);
-        let played = play(&mut self.deformer, pose);
+        let played = play(&mut self.deformer, poses);
         profile(Profile::Sampled);
         played
     }
 }
 
-/// The poses in the order in which they are played.
+/// The poses in the order in which they are played, by every instance from a place of its own.
 struct Course<'a> {
-    poses: &'a [Pose],
+    all: &'a [Pose],
+    instances: usize,
+    /// Those of a frame, one an instance.
+    frame: Vec<Pose>,
     /// Frames so far, for a method whose frames follow from each other: these are played one after the other.
     played: Option<usize>,
 }
 
 impl<'a> Course<'a> {
-    fn new(poses: &'a [Pose], method: Method) -> Self {
-        let played = (method == Method::Tracking).then_some(0);
-        Self { poses, played }
+    fn new(all: &'a [Pose], settings: &Settings) -> Self {
+        Self {
+            all,
+            instances: settings.instances as usize,
+            frame: Vec::new(),
+            played: (settings.method == Method::Tracking).then_some(0),
+        }
     }
 
-    /// The pose of this row, or the next one.
-    fn pose(&mut self, row: usize) -> &'a Pose {
+    /// The poses of this row, or of the next one.
+    fn poses(&mut self, row: usize) -> &[Pose] {
         let row = match &mut self.played {
             Some(played) => std::mem::replace(played, *played + 1),
             None => row,
         };
-        &self.poses[row % self.poses.len()]
+        let (count, instances) = (self.all.len(), self.instances);
+        let place = |instance: usize| row + instance * count / instances;
+        self.frame.clear();
+        let frame = (0..instances).map(|i| self.all[place(i) % count].clone());
+        self.frame.extend(frame);
+        &self.frame
     }
 }
 
@@ -211,7 +225,33 @@ fn stride(turns: usize, poses: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dermis::rig::Pose;
+    use glam::Mat4;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn instances_play_from_places_evenly_apart() {
+        let pose = |x: i32| Pose {
+            matrices: vec![Mat4::from_scale(glam::Vec3::splat(x as f32))],
+        };
+        let all: Vec<Pose> = (0..8).map(pose).collect();
+        let settings = |method, instances| Settings {
+            method,
+            instances,
+            ..Settings::default()
+        };
+        let rows = |course: &mut Course<'_>, row| -> Vec<f32> {
+            let poses = course.poses(row).iter();
+            poses.map(|p| p.matrices[0].x_axis.x).collect()
+        };
+        let mut course = Course::new(&all, &settings(Method::Implicit, 4));
+        assert_eq!(rows(&mut course, 0), [0.0, 2.0, 4.0, 6.0]);
+        assert_eq!(rows(&mut course, 7), [7.0, 1.0, 3.0, 5.0]);
+        // Tracked frames follow from each other.
+        let mut course = Course::new(&all, &settings(Method::Tracking, 1));
+        let played: Vec<_> = [5, 5, 5].map(|row| rows(&mut course, row)).concat();
+        assert_eq!(played, [0.0, 1.0, 2.0]);
+    }
 
     #[test]
     fn every_turn_meets_every_pose_in_time() {

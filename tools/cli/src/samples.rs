@@ -43,18 +43,18 @@ pub(crate) struct Pass {
     pub(crate) ns: Vec<u64>,
 }
 
-/// Plays `pose` to its end; wall-clock nanoseconds.
-pub(crate) fn play(deformer: &mut Deformer, pose: &Pose) -> Result<u64> {
+/// Plays a frame, a pose an instance, to its end; wall-clock nanoseconds.
+pub(crate) fn play(deformer: &mut Deformer, poses: &[Pose]) -> Result<u64> {
     let begin = Instant::now();
-    deformer.advance(pose)?;
+    deformer.advance(poses)?;
     deformer.wait()?;
     Ok(begin.elapsed().as_nanos() as u64)
 }
 
 impl Samples {
-    /// Plays `pose` to its end and keeps what it took.
-    pub(crate) fn play(&mut self, deformer: &mut Deformer, pose: &Pose) -> Result<()> {
-        self.wall_ns.push(play(deformer, pose)?);
+    /// Plays a frame, a pose an instance, to its end and keeps what it took.
+    pub(crate) fn play(&mut self, deformer: &mut Deformer, poses: &[Pose]) -> Result<()> {
+        self.wall_ns.push(play(deformer, poses)?);
         match deformer.timings() {
             Some(timings) => self.add(&timings),
             None => self.cpu_record_ns.push(deformer.record_ns()),

@@ -89,7 +89,17 @@ impl Session {
 
     /// A deformer of this character.
     pub(crate) fn deformer(&self, method: Method) -> Result<Deformer> {
-        deformer(&self.device, &self.rig, method)
+        self.deformer_of(method, 1)
+    }
+
+    /// A deformer of several instances of this character.
+    pub(crate) fn deformer_of(&self, method: Method, instances: u32) -> Result<Deformer> {
+        let settings = Settings {
+            method,
+            instances,
+            ..Settings::default()
+        };
+        Deformer::new(&self.device, Arc::clone(&self.rig), &settings)
     }
 
     /// What the command ran on.
@@ -101,15 +111,6 @@ impl Session {
     pub(crate) fn finish(&self) -> Result<()> {
         check_validation(&self.device)
     }
-}
-
-/// A deformer of `rig` on `device`.
-pub(crate) fn deformer(device: &Device, rig: &Arc<Rig>, method: Method) -> Result<Deformer> {
-    let settings = Settings {
-        method,
-        ..Settings::default()
-    };
-    Deformer::new(device, Arc::clone(rig), &settings)
 }
 
 /// Opens the device that the user asked for; says so when that is the slow one.

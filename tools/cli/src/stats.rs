@@ -38,6 +38,17 @@ impl Spread {
             mean: usual.iter().sum::<f64>() / usual.len().max(1) as f64,
         }
     }
+
+    /// The share of one of so many.
+    pub(crate) fn over(self, count: u32) -> Self {
+        let share = |ms| ms / f64::from(count.max(1));
+        Self {
+            min: share(self.min),
+            p50: share(self.p50),
+            p95: share(self.p95),
+            mean: share(self.mean),
+        }
+    }
 }
 
 #[cfg(test)]

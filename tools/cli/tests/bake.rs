@@ -220,6 +220,8 @@ fn bench_reports_exactly_what_programs_expect() {
         "--json",
         "-",
     ]));
+    assert_eq!(report["instances"], 1);
+    assert_eq!(report["instance"]["wall_ms"], report["frame"]["wall_ms"]);
     let keys: Vec<&str> = report
         .as_object()
         .unwrap()
@@ -230,9 +232,11 @@ fn bench_reports_exactly_what_programs_expect() {
         "device",
         "model",
         "method",
+        "instances",
         "frames",
         "passes",
         "frame",
+        "instance",
         "iterations",
         "memory",
         "ceiling",
@@ -248,6 +252,37 @@ fn bench_reports_exactly_what_programs_expect() {
         assert!(min <= p50 && p50 <= p95, "{key}: {spread}");
     }
     assert!(report["memory"]["total"].as_u64().is_some());
+}
+
+#[test]
+fn a_bench_of_instances_has_fields_once_and_the_share_of_one() {
+    let bench = |instances: &str, more: &[&str]| {
+        let file = asset("arm.glb");
+        let all = ["bench", &file, "-n", "2", "--instances", instances];
+        good(&[&all[..], more].concat())
+    };
+    let report = |instances| json(&bench(instances, &["--json", "-", "--quiet"]));
+    let [one, six] = ["1", "6"].map(report);
+    assert_eq!(six["instances"], 6);
+    for class in ["fields", "operators", "mesh"] {
+        assert!(
+            six["memory"][class].as_u64().is_some_and(|bytes| bytes > 0),
+            "{class}"
+        );
+    }
+    assert_eq!(six["memory"]["fields"], one["memory"]["fields"]);
+    assert_eq!(six["memory"]["operators"], one["memory"]["operators"]);
+    for key in ["gpu_ms", "wall_ms"] {
+        let [all, share] = ["frame", "instance"].map(|k| six[k][key]["min"].as_f64().unwrap());
+        assert!((all - 6.0 * share).abs() <= 1e-9 * all, "{key}");
+    }
+    let text = bench("6", &[]);
+    assert!(
+        text.contains("frames of 6 instances") && text.contains("an instance"),
+        "{text}"
+    );
+    let output = dermis(&["bench", &asset("arm.glb"), "--instances", "0"]);
+    assert_eq!(output.status.code(), Some(2));
 }
 
 /// Begin and end of a process's spans, the longer first where two begin together.

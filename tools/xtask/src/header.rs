@@ -15,8 +15,8 @@ const PREAMBLE: &str = "\
 /*
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
- * A context is a device, a rig a prepared character, a deformer an instance of a rig in a context: matrices of its joints go
- * in, positions and normals come out.
+ * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
+ * fields: matrices of the joints go in, positions and normals come out.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.
@@ -24,7 +24,8 @@ const PREAMBLE: &str = "\
  * Functions may be called on any thread; calls on one object wait for each other. All but dm_api_version and dm_last_error
  * return a dm_result; dm_last_error says what went wrong.
  *
- * Structs begin with their size, which the caller sets, also where the function fills the rest. Text is UTF-8. Matrices are
+ * Structs begin with their size, which the caller sets, also where the function fills the rest. A size of an earlier version,
+ * which had fewer members, will do: those that it lacks are 0. Text is UTF-8. Matrices are
  * 16 numbers, column-major. Rest space is that in which the mesh is modelled, model space that of the posed result. Arrays
  * may have any alignment. Nothing that a caller passes is kept, but the log of a context.
  *

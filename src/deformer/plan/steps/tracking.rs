@@ -2,7 +2,10 @@
 
 use super::{composed, dispatch, with_field};
 use crate::{
-    deformer::plan::{Extent, Pass, Resource, Settings, Sizes, Step, rows},
+    deformer::{
+        Kind,
+        plan::{Extent, Pass, Resource, Settings, Sizes, Step, rows},
+    },
     pass, twin,
 };
 
@@ -23,6 +26,8 @@ pub(in crate::deformer::plan) struct Iteration {
 pub(in crate::deformer::plan) fn track(sizes: &Sizes, settings: &Settings, i: &Iteration) -> Step {
     let constants = pass::track::Constants {
         dispatch: i.head,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
         enter: i.enter.into(),
         omega: i.omega,
         sigma: settings.sigma,
@@ -48,9 +53,11 @@ pub(in crate::deformer::plan) fn track(sizes: &Sizes, settings: &Settings, i: &I
 }
 
 /// An iteration without its Newton step.
-pub(in crate::deformer::plan) fn slide(i: &Iteration) -> Step {
+pub(in crate::deformer::plan) fn slide(sizes: &Sizes, i: &Iteration) -> Step {
     let constants = pass::slide::Constants {
         dispatch: i.head,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
         omega: i.omega,
     };
     let bind = [
@@ -79,6 +86,12 @@ pub(in crate::deformer::plan) fn advance(
         vertices: sizes.vertices,
         width: sizes.width,
         stillness: settings.stillness,
+        joints: sizes.joints,
+        fields: sizes.field_room(),
+        redo: match extent {
+            Extent::Indirect(row) => row,
+            _ => pass::advance::NO_ROW,
+        },
     };
     let bind = [
         Resource::Tracked,
@@ -99,7 +112,7 @@ pub(in crate::deformer::plan) fn advance(
         Resource::Around,
         Resource::Stirs,
         Resource::LiveSet,
-        Resource::Fields,
+        Resource::Dispatches,
         Resource::Fields,
         Resource::Fields,
         Resource::Index,
@@ -110,6 +123,7 @@ pub(in crate::deformer::plan) fn advance(
 pub(in crate::deformer::plan) fn goals(sizes: &Sizes) -> Step {
     let constants = pass::goals::Constants {
         vertices: sizes.vertices,
+        fields: sizes.field_room(),
     };
     let bind = [
         Resource::RingOffsets,
@@ -136,6 +150,12 @@ pub(in crate::deformer::plan) fn settle(
 ) -> Step {
     let constants = pass::settle::Constants {
         dispatch: head,
+        vertices: sizes.vertices,
+        fields: sizes.field_room(),
+        listed: match list.kind() {
+            Kind::Static => 0,
+            _ => sizes.vertices,
+        },
         steps: settings.settling_steps,
         hold: hold.into(),
         sigma: settings.sigma,
@@ -160,6 +180,9 @@ pub(in crate::deformer::plan) fn settle(
 pub(in crate::deformer::plan) fn ease(sizes: &Sizes, settings: &Settings) -> Step {
     let constants = pass::ease::Constants {
         dispatch: rows::SEEDS,
+        vertices: sizes.vertices,
+        joints: sizes.joints,
+        fields: sizes.field_room(),
         tolerance: settings.tolerance,
     };
     let bind = with_field(&[
@@ -179,9 +202,12 @@ pub(in crate::deformer::plan) fn ease(sizes: &Sizes, settings: &Settings) -> Ste
 }
 
 /// Counts the faults of a track.
-pub(in crate::deformer::plan) fn judge(tracks: Resource, slopes: Resource) -> Step {
+pub(in crate::deformer::plan) fn judge(sizes: &Sizes, tracks: Resource, slopes: Resource) -> Step {
     let constants = pass::judge::Constants {
         dispatch: rows::SEEDS,
+        vertices: sizes.vertices,
+        joints: sizes.joints,
+        fields: sizes.field_room(),
     };
     let bind = [
         Resource::SeedList,
@@ -208,6 +234,10 @@ pub(in crate::deformer::plan) fn redo(sizes: &Sizes, settings: &Settings) -> Ste
         vertices: sizes.vertices,
         allowed: settings.allowed_faults,
     };
-    let bind = [Resource::Faults, Resource::Dispatches];
+    let bind = [
+        Resource::Faults,
+        Resource::SeedDispatches,
+        Resource::Dispatches,
+    ];
     dispatch(pass!(redo), &bind, &constants, Extent::Groups([1, 1, 1]))
 }

@@ -377,6 +377,17 @@ pub(crate) const CALLS: &[Call] = &[
         let state = a.bytes().cast();
         dm_deformer_restore(a.deformer, state, a.storage.needed)
     }),
+    call("dm_deformer_reset_instance", Deformer, false, false, |a| {
+        dm_deformer_reset_instance(a.deformer, 0)
+    }),
+    call("dm_deformer_save_instance", Deformer, true, false, |a| unsafe {
+        let out = a.bytes().cast();
+        dm_deformer_save_instance(a.deformer, 0, out, a.storage.bytes.len(), &mut a.storage.needed)
+    }),
+    call("dm_deformer_restore_instance", Deformer, true, false, |a| unsafe {
+        let state = a.bytes().cast();
+        dm_deformer_restore_instance(a.deformer, 0, state, a.storage.needed)
+    }),
     call("dm_deformer_iterations", Deformer, true, true, |a| unsafe {
         let mut out = dm_iterations { size: a.size::<dm_iterations>(), ..Default::default() };
         dm_deformer_iterations(a.deformer, a.of(&mut out))

@@ -59,6 +59,7 @@ pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
         access: ash::vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
         queue_family: DM_SAME_FAMILY,
         reserved: 0,
+        instance_stride: 0,
     }
 }
 
@@ -127,6 +128,72 @@ fn a_host_gets_its_skin_and_its_device_back_as_it_was() {
     let words = host.words(6 * vertices);
     let written = words.chunks(6).flat_map(|v| v[..3].to_vec());
     assert!(written.eq(positions.iter().map(|x| x.to_bits())));
+    assert_eq!(host.end(), Vec::<String>::new());
+}
+
+#[test]
+fn a_host_gets_the_skins_of_several_instances_from_one_call() {
+    if no_gpu() {
+        return;
+    }
+    let host = HostDevice::new();
+    let (context, rig, one, info) = arm(&host);
+    fine(dm_deformer_destroy(one));
+    let (joints, vertices) = (info.joints as usize, info.vertices as usize);
+    let seconds = [0.2f32, 0.9, 0.5];
+    let mut poses = vec![0f32; 16 * joints * seconds.len()];
+    for (pose, seconds) in poses.chunks_mut(16 * joints).zip(seconds) {
+        fine(unsafe { dm_rig_pose_clip(rig, 0, seconds, pose.as_mut_ptr(), joints) });
+    }
+    let (mut deformer, mut out) = (dm_deformer::default(), dm_output::default());
+    let apart = 24 * vertices as u64 + 48;
+    unsafe {
+        let mut settings: dm_settings = std::mem::zeroed();
+        settings.size = size_of::<dm_settings>() as u32;
+        fine(dm_settings_default(&mut settings));
+        settings.instances = seconds.len() as u32;
+        fine(dm_deformer_create(context, rig, &settings, &mut deformer));
+        let mut desc = output(&host);
+        desc.instance_stride = apart - 72;
+        let created = dm_output_create(context, deformer, &desc, &mut out);
+        refused(created, DM_ERROR_ARGUMENT, "in the next one");
+        desc.instance_stride = apart;
+        desc.bytes = 2 * apart + 24 * vertices as u64 - 4;
+        let created = dm_output_create(context, deformer, &desc, &mut out);
+        refused(created, DM_ERROR_ARGUMENT, "each of 3 instances");
+        desc.bytes += 4;
+        fine(dm_output_create(context, deformer, &desc, &mut out));
+        let commands = host.commands.as_raw() as *mut _;
+        let record = |count| dm_frame_record(deformer, commands, 0, poses.as_ptr(), count, out);
+        refused(record(joints), DM_ERROR_SIZE, "count");
+        host.run(|| fine(record(3 * joints)));
+    }
+    let words = host.words(2 * apart as usize / 4 + 6 * vertices);
+    for instance in 0..3 {
+        let mut positions = vec![0f32; 3 * vertices];
+        let mut skin: dm_skin = unsafe { std::mem::zeroed() };
+        skin.size = size_of::<dm_skin>() as u32;
+        (skin.vertices, skin.positions) = (info.vertices, positions.as_mut_ptr());
+        skin.instance = instance;
+        fine(unsafe { dm_deformer_read(deformer, &skin) });
+        let first = instance as usize * apart as usize / 4;
+        let written = words[first..].chunks(6).take(vertices);
+        let written = written.flat_map(|v| v[..3].to_vec());
+        assert!(
+            written.eq(positions.iter().map(|x| x.to_bits())),
+            "{instance}"
+        );
+        skin.instance = 3;
+        refused(
+            unsafe { dm_deformer_read(deformer, &skin) },
+            DM_ERROR_ARGUMENT,
+            "3, counted from 0, of 3",
+        );
+    }
+    fine(dm_output_destroy(out));
+    fine(dm_deformer_destroy(deformer));
+    fine(dm_context_destroy(context));
+    fine(dm_rig_destroy(rig));
     assert_eq!(host.end(), Vec::<String>::new());
 }
 

@@ -72,6 +72,15 @@ fn load() -> dm_rig {
 }
 
 pub(crate) fn deformer(context: dm_context, rig: dm_rig, method: u32) -> dm_deformer {
+    deformers(context, rig, method, 1)
+}
+
+pub(crate) fn deformers(
+    context: dm_context,
+    rig: dm_rig,
+    method: u32,
+    instances: u32,
+) -> dm_deformer {
     let mut deformer = dm_deformer::default();
     // SAFETY: all live until the call returns; zeros are a value of the struct.
     unsafe {
@@ -79,6 +88,7 @@ pub(crate) fn deformer(context: dm_context, rig: dm_rig, method: u32) -> dm_defo
         settings.size = size_of::<dm_settings>() as u32;
         fine(dm_settings_default(&mut settings));
         settings.method = method;
+        settings.instances = instances;
         fine(dm_deformer_create(context, rig, &settings, &mut deformer));
     }
     deformer
@@ -90,6 +100,10 @@ pub(crate) fn advance(deformer: dm_deformer, pose: &[f32]) {
 }
 
 pub(crate) fn read(deformer: dm_deformer, vertices: u32) -> Skin {
+    read_instance(deformer, vertices, 0)
+}
+
+fn read_instance(deformer: dm_deformer, vertices: u32, instance: u32) -> Skin {
     let count = vertices as usize;
     let mut skin = Skin {
         positions: vec![Vec3::ZERO; count],
@@ -108,6 +122,8 @@ pub(crate) fn read(deformer: dm_deformer, vertices: u32) -> Skin {
         isos: skin.iso.as_mut_ptr(),
         states: skin.state.as_mut_ptr(),
         bones: skin.bone.as_mut_ptr(),
+        instance,
+        reserved: 0,
     };
     // SAFETY: each array has a row a vertex.
     fine(unsafe { dm_deformer_read(deformer, &out) });
@@ -188,6 +204,91 @@ fn the_devices_skin_is_the_facades() {
     fine(dm_rig_destroy(rig));
     fine(dm_context_destroy(context));
     no_complaints(&messages);
+}
+
+/// The three poses at once for three instances, then each instance's next one.
+fn instances_have_the_skins_of_deformers(context: dm_context, method: u32) {
+    let rig = load();
+    let (poses, vertices) = (poses(rig), info(rig).vertices);
+    let three = deformers(context, rig, method, 3);
+    let next = [&poses[1], &poses[2], &poses[0]];
+    advance(three, &poses.concat());
+    let mut needed = 0;
+    // SAFETY: NULL without room asks for the number; then there is room.
+    let state = unsafe {
+        fine(dm_deformer_save_instance(
+            three,
+            2,
+            null_mut(),
+            0,
+            &mut needed,
+        ));
+        let mut state = vec![0u8; needed];
+        let out = state.as_mut_ptr().cast();
+        fine(dm_deformer_save_instance(three, 2, out, needed, null_mut()));
+        state
+    };
+    advance(three, &next.map(|pose| pose.clone()).concat());
+    for (row, next) in next.into_iter().enumerate() {
+        let one = deformer(context, rig, method);
+        advance(one, &poses[row]);
+        advance(one, next);
+        let own = read(one, vertices);
+        assert!(
+            own == read_instance(three, vertices, row as u32),
+            "{method} {row}"
+        );
+        fine(dm_deformer_destroy(one));
+    }
+    // The first one goes on from where the third was, the second from rest.
+    let last = read_instance(three, vertices, 2);
+    // SAFETY: as many bytes as were saved.
+    fine(unsafe { dm_deformer_restore_instance(three, 0, state.as_ptr().cast(), needed) });
+    fine(dm_deformer_reset_instance(three, 1));
+    advance(three, &[&poses[0][..], &poses[1], &poses[1]].concat());
+    let one = deformer(context, rig, method);
+    advance(one, &poses[1]);
+    assert!(read_instance(three, vertices, 0) == last);
+    assert!(read_instance(three, vertices, 1) == read(one, vertices));
+    for handle in [one, three] {
+        fine(dm_deformer_destroy(handle));
+    }
+    fine(dm_rig_destroy(rig));
+}
+
+#[test]
+fn instances_of_a_device_have_the_skins_of_deformers() {
+    let messages = Messages::default();
+    let Some((_, context)) = devices(&messages) else {
+        return;
+    };
+    for method in [DM_LBS, DM_DQS, DM_IMPLICIT, DM_TRACKING] {
+        instances_have_the_skins_of_deformers(context, method);
+    }
+    fine(dm_context_destroy(context));
+    no_complaints(&messages);
+}
+
+#[test]
+fn instances_of_the_cpu_have_the_skins_of_deformers() {
+    let context = context(&calls::cpu());
+    instances_have_the_skins_of_deformers(context, DM_IMPLICIT);
+    let rig = load();
+    let (three, pose) = (deformers(context, rig, DM_DQS, 3), &poses(rig)[0]);
+    // SAFETY: refused.
+    let wrong = unsafe {
+        [
+            dm_deformer_advance(three, pose.as_ptr(), pose.len() / 16),
+            dm_deformer_save_instance(three, 3, null_mut(), 0, &mut 0),
+            dm_deformer_restore_instance(three, 3, null(), 0),
+            dm_deformer_reset_instance(three, u32::MAX),
+        ]
+    };
+    assert_eq!(wrong[0], dm_result::DM_ERROR_SIZE);
+    assert_eq!(wrong[1..], [dm_result::DM_ERROR_ARGUMENT; 3]);
+    fine(dm_deformer_destroy(three));
+    fine(dm_rig_destroy(rig));
+    fine(dm_context_destroy(context));
 }
 
 #[test]

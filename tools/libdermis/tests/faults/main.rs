@@ -64,6 +64,7 @@ fn output(host: &HostDevice) -> dm_output_desc {
         stages: vk::PipelineStageFlags::VERTEX_INPUT.as_raw(),
         access: vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
         queue_family: DM_SAME_FAMILY,
+        instance_stride: 0,
         reserved: 0,
     }
 }
