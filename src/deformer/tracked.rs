@@ -159,7 +159,7 @@ impl Deformer {
     /// Lets the first instance go on from a saved state. [`Deformer::instance`] has the others.
     ///
     /// # Errors
-    /// [`Error::Argument`](crate::Error::Argument) with subject `state` where the method is not tracking or the state is
+    /// [`Error::Argument`] with subject `state` where the method is not tracking or the state is
     /// another character's; Vulkan errors.
     pub fn restore(&mut self, state: &TrackedState) -> Result<()> {
         self.instance(0)?.restore(state)
