@@ -571,7 +571,7 @@ typedef struct dm_skin {
     float *fields;
     /* Iso-value of the vertex; 0 for geometric methods and vertices. */
     float *isos;
-    /* 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit. */
+    /* 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way. */
     uint8_t *states;
     /* Joint of the vertex's part. */
     uint16_t *bones;

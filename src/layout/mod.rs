@@ -53,7 +53,7 @@ pub mod state {
     pub const CONTACT: u32 = 2;
     /// Outside every field.
     pub const OUTSIDE: u32 = 3;
-    /// Stopped by the iteration limit.
+    /// Stopped by the iteration limit or, in tracking, on its way to where it settles.
     pub const LIMIT: u32 = 4;
     /// Still on its way; only while a frame runs.
     pub const LIVE: u32 = 5;

@@ -19,7 +19,7 @@ pub(crate) struct Settled {
     pub(crate) settled: usize,
     /// Rows that stopped in contact.
     pub(crate) contact: usize,
-    /// Rows that ran into the iteration limit.
+    /// Rows that ran into the iteration limit or, in tracking, are on their way.
     pub(crate) iteration_limit: usize,
 }
 
