@@ -1,38 +1,13 @@
 //! A steady frame allocates nothing on the CPU: not in `begin`, not in `submit`, not in `wait`.
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
+#[path = "common/allocations.rs"]
+mod allocations;
 
 use dermis::{
     frame::FrameBuilder,
     gpu::{Class, Gpu, GpuOptions, Profile},
     pass::ceiling_copy,
 };
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passes everything on to the system's allocator; the counter does not allocate.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_steady_frame_allocates_nothing() -> dermis::Result<()> {
@@ -48,9 +23,7 @@ fn a_steady_frame_allocates_nothing() -> dermis::Result<()> {
         gpu.set_profile(profile);
         steady(&gpu)?;
     }
-    let allocating = ALLOCATIONS.get();
-    drop(vec![1u8]);
-    assert!(ALLOCATIONS.get() > allocating, "the counter counts");
+    allocations::are_counted();
     Ok(())
 }
 
@@ -69,14 +42,14 @@ fn steady(gpu: &Gpu) -> dermis::Result<()> {
     let mut frame = builder.build()?;
     let mut record = Vec::with_capacity(100);
     for submission in 0..100 {
-        let before = ALLOCATIONS.get();
+        let before = allocations::so_far();
         let slot = frame.begin()?;
         ring.write(slot, &[1; 1024])?;
         frame.submit()?;
         if submission % 3 == 0 {
             frame.wait()?;
         }
-        let allocated = ALLOCATIONS.get() - before;
+        let allocated = allocations::so_far() - before;
         assert!(
             submission < 3 || allocated == 0,
             "submission {submission}: {allocated} allocations"

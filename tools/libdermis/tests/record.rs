@@ -2,44 +2,18 @@
 // Pointers are NULL or to what lives until the call returns; Vulkan's handles live as long as the host.
 #![allow(clippy::unwrap_used, clippy::undocumented_unsafe_blocks)]
 
+#[path = "../../../tests/common/allocations.rs"]
+mod allocations;
 #[allow(dead_code, reason = "the other tests use the rest")]
 #[path = "abi/host_device.rs"]
 mod host_device;
 #[path = "shared/stage.rs"]
 mod stage;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
 use dermis::capi::*;
 
 use host_device::HostDevice;
 use stage::Stage;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passes everything on to the system's allocator; the counter does not allocate.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise, passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Turns of all joints but the root, in degrees: small ones, then further and further at once.
 const TURNS: [f32; 8] = [5.0, 10.0, 8.0, 40.0, -20.0, 70.0, -90.0, 60.0];
@@ -57,9 +31,9 @@ fn recording_a_frame_allocates_nothing() {
         for (frame, turn) in TURNS.into_iter().enumerate() {
             let pose = stage.turned(turn);
             host.run(|| {
-                let before = ALLOCATIONS.get();
+                let before = allocations::so_far();
                 stage.record(frame as u32 % 2, &pose);
-                let allocated = ALLOCATIONS.get() - before;
+                let allocated = allocations::so_far() - before;
                 assert_eq!(allocated, 0, "method {method}, frame {frame}");
             });
             substeps.push(stage.iterations().substeps);
@@ -69,8 +43,6 @@ fn recording_a_frame_allocates_nothing() {
         }
         stage.end();
     }
-    let before = ALLOCATIONS.get();
-    drop(vec![1u8]);
-    assert!(ALLOCATIONS.get() > before, "the counter counts");
+    allocations::are_counted();
     host.end();
 }

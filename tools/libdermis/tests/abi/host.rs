@@ -2,19 +2,12 @@
 // Pointers are NULL or to what lives until the call returns; Vulkan's handles live as long as the host.
 #![allow(clippy::undocumented_unsafe_blocks)]
 
-use std::{
-    ffi::{c_char, c_void},
-    ptr::{null, null_mut},
-};
+use std::ptr::{null, null_mut};
 
 use ash::vk::Handle as _;
 use dermis::capi::{dm_result::*, *};
 
-use crate::{
-    fine,
-    host_device::{BYTES, HostDevice},
-    last_error, no_gpu, raw,
-};
+use crate::{fine, host_device::HostDevice, last_error, no_gpu, raw};
 
 #[track_caller]
 fn refused(result: dm_result, wanted: dm_result, named: &str) {
@@ -22,50 +15,9 @@ fn refused(result: dm_result, wanted: dm_result, named: &str) {
     assert!(last_error().contains(named), "{named}: {}", last_error());
 }
 
-pub(crate) fn loader(host: &HostDevice) -> dm_get_instance_proc_addr {
-    let get = host.entry.static_fn().get_instance_proc_addr;
-    type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
-    // The same function with the header's names for its types.
-    Some(unsafe { std::mem::transmute::<ash::vk::PFN_vkGetInstanceProcAddr, Get>(get) })
-}
-
-pub(crate) fn desc(host: &HostDevice) -> dm_vulkan_desc {
-    dm_vulkan_desc {
-        size: size_of::<dm_vulkan_desc>() as u32,
-        api_version: DM_API_VERSION,
-        get_instance_proc_addr: loader(host),
-        instance: host.instance.handle().as_raw() as *mut _,
-        physical_device: host.physical.as_raw() as *mut _,
-        device: host.device.handle().as_raw() as *mut _,
-        queue: host.queue.as_raw() as *mut _,
-        queue_family: 0,
-        features: 0,
-        budget: 0,
-        log: None,
-        log_user: null_mut(),
-    }
-}
-
-pub(crate) fn output(host: &HostDevice) -> dm_output_desc {
-    dm_output_desc {
-        size: size_of::<dm_output_desc>() as u32,
-        stride: 24,
-        buffer: host.buffer.as_raw(),
-        bytes: BYTES,
-        offset: 0,
-        normal_offset: 12,
-        normal_format: DM_NORMAL_F32,
-        stages: ash::vk::PipelineStageFlags::VERTEX_INPUT.as_raw(),
-        access: ash::vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
-        queue_family: DM_SAME_FAMILY,
-        reserved: 0,
-        instance_stride: 0,
-    }
-}
-
 /// A context on a host's device, called directly, the arm, and a deformer.
 pub(crate) fn arm(host: &HostDevice) -> (dm_context, dm_rig, dm_deformer, dm_rig_info) {
-    arm_of(&desc(host))
+    arm_of(&host.vulkan())
 }
 
 /// A context on a host's device, the arm, and a deformer.
@@ -104,7 +56,7 @@ fn a_host_gets_its_skin_and_its_device_back_as_it_was() {
         fine(dm_output_create(
             context,
             deformer,
-            &output(&host),
+            &host.output(),
             &mut out,
         ));
         for slot in [0, 1, 0] {
@@ -153,7 +105,7 @@ fn a_host_gets_the_skins_of_several_instances_from_one_call() {
         fine(dm_settings_default(&mut settings));
         settings.instances = seconds.len() as u32;
         fine(dm_deformer_create(context, rig, &settings, &mut deformer));
-        let mut desc = output(&host);
+        let mut desc = host.output();
         desc.instance_stride = apart - 72;
         let created = dm_output_create(context, deformer, &desc, &mut out);
         refused(created, DM_ERROR_ARGUMENT, "in the next one");
@@ -206,7 +158,7 @@ fn misuse_of_a_hosts_device_is_refused() {
     let (context, rig, deformer, info) = arm(&host);
     let (mut out, mut none) = (dm_output::default(), dm_context::default());
     let adopt = |change: &dyn Fn(&mut dm_vulkan_desc)| {
-        let mut desc = desc(&host);
+        let mut desc = host.vulkan();
         change(&mut desc);
         unsafe { dm_context_adopt(&desc, &mut dm_context::default()) }
     };
@@ -237,7 +189,7 @@ fn misuse_of_a_hosts_device_is_refused() {
     let no_loader = adopt(&|d| d.get_instance_proc_addr = None);
     refused(no_loader, DM_ERROR_NULL, "get_instance_proc_addr");
     let create = |change: &dyn Fn(&mut dm_output_desc)| {
-        let mut desc = output(&host);
+        let mut desc = host.output();
         change(&mut desc);
         unsafe { dm_output_create(context, deformer, &desc, &mut dm_output::default()) }
     };
@@ -263,13 +215,13 @@ fn misuse_of_a_hosts_device_is_refused() {
         refused(wanted, DM_ERROR_NULL, "out");
         refused(dm_context_adopt(null(), &mut none), DM_ERROR_NULL, "desc");
         refused(
-            dm_context_adopt(&desc(&host), null_mut()),
+            dm_context_adopt(&host.vulkan(), null_mut()),
             DM_ERROR_NULL,
             "out",
         );
         let mut wanted: dm_vulkan_requirements = std::mem::zeroed();
         wanted.size = size_of::<dm_vulkan_requirements>() as u32;
-        let raw = desc(&host);
+        let raw = host.vulkan();
         fine(dm_vulkan_get_requirements(
             raw.get_instance_proc_addr,
             raw.instance,
@@ -277,16 +229,16 @@ fn misuse_of_a_hosts_device_is_refused() {
             &mut wanted,
         ));
         assert!(wanted.extension_count <= 8 && wanted.queue_family == 0);
-        let created = dm_output_create(dm_context::default(), deformer, &output(&host), &mut out);
+        let created = dm_output_create(dm_context::default(), deformer, &host.output(), &mut out);
         refused(created, DM_ERROR_HANDLE, "zero");
         let mut second = dm_context::default();
-        fine(dm_context_adopt(&desc(&host), &mut second));
-        let created = dm_output_create(second, deformer, &output(&host), &mut out);
+        fine(dm_context_adopt(&host.vulkan(), &mut second));
+        let created = dm_output_create(second, deformer, &host.output(), &mut out);
         refused(created, DM_ERROR_FOREIGN, "another context");
         fine(dm_context_destroy(second));
         let mut other = dm_deformer::default();
         fine(dm_deformer_create(context, rig, null(), &mut other));
-        fine(dm_output_create(context, other, &output(&host), &mut out));
+        fine(dm_output_create(context, other, &host.output(), &mut out));
         let record = |commands, slot, pose: &[f32], count, out| {
             dm_frame_record(deformer, commands, slot, pose.as_ptr(), count, out)
         };

@@ -23,7 +23,7 @@ unsafe extern "C" fn on_device(_user: *mut std::ffi::c_void, _device: *const dm_
 #[rustfmt::skip]
 pub(crate) const HOST_CALLS: &[Call] = &[
     call("dm_context_adopt", Nothing, true, true, |a| unsafe {
-        let mut desc = host::desc(a.host());
+        let mut desc = a.host().vulkan();
         desc.size = a.size::<dm_vulkan_desc>();
         if a.is_null(false) {
             desc.get_instance_proc_addr = None;
@@ -41,14 +41,14 @@ pub(crate) const HOST_CALLS: &[Call] = &[
         dm_devices(report, std::ptr::null_mut())
     }),
     call("dm_vulkan_get_requirements", Nothing, true, true, |a| unsafe {
-        let raw = host::desc(a.host());
+        let raw = a.host().vulkan();
         let get = if a.is_null(false) { None } else { raw.get_instance_proc_addr };
         let mut out: dm_vulkan_requirements = std::mem::zeroed();
         out.size = a.size::<dm_vulkan_requirements>();
         dm_vulkan_get_requirements(get, a.of(raw.instance), a.of(raw.physical_device), a.of(&mut out))
     }),
     call("dm_output_create", Context, true, true, |a| unsafe {
-        let mut desc = host::output(a.host());
+        let mut desc = a.host().output();
         desc.size = a.size::<dm_output_desc>();
         let mut out = dm_output::default();
         let result = dm_output_create(a.context, a.deformer, a.of(&mut desc), a.of(&mut out));
@@ -77,7 +77,7 @@ fn every_function_on_a_hosts_device_refuses_what_is_wrong() {
     let (context, rig, deformer, info) = host::arm(&host);
     let mut output = dm_output::default();
     // SAFETY: the host's buffer is as long as the description says.
-    fine(unsafe { dm_output_create(context, deformer, &host::output(&host), &mut output) });
+    fine(unsafe { dm_output_create(context, deformer, &host.output(), &mut output) });
     let identity = glam::Mat4::IDENTITY.to_cols_array();
     let storage = Storage {
         numbers: identity.repeat(info.joints as usize),

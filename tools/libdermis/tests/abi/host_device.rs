@@ -7,7 +7,8 @@ use std::{
     sync::Mutex,
 };
 
-use ash::{Device, Entry, Instance, ext, vk};
+use ash::{Device, Entry, Instance, ext, vk, vk::Handle as _};
+use dermis::capi::*;
 
 static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
@@ -37,6 +38,50 @@ pub(crate) struct HostDevice {
     memory: vk::DeviceMemory,
     pool: vk::CommandPool,
     pub(crate) commands: vk::CommandBuffer,
+}
+
+/// A function of Vulkan's type, with the header's names for its types.
+pub(crate) fn loader(get: vk::PFN_vkGetInstanceProcAddr) -> dm_get_instance_proc_addr {
+    type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
+    Some(unsafe { std::mem::transmute::<vk::PFN_vkGetInstanceProcAddr, Get>(get) })
+}
+
+impl HostDevice {
+    /// The device for dm_context_adopt.
+    pub(crate) fn vulkan(&self) -> dm_vulkan_desc {
+        dm_vulkan_desc {
+            size: size_of::<dm_vulkan_desc>() as u32,
+            api_version: DM_API_VERSION,
+            get_instance_proc_addr: loader(self.entry.static_fn().get_instance_proc_addr),
+            instance: self.instance.handle().as_raw() as *mut _,
+            physical_device: self.physical.as_raw() as *mut _,
+            device: self.device.handle().as_raw() as *mut _,
+            queue: self.queue.as_raw() as *mut _,
+            queue_family: 0,
+            features: 0,
+            budget: 0,
+            log: None,
+            log_user: std::ptr::null_mut(),
+        }
+    }
+
+    /// Its buffer as an output of 24 bytes a vertex.
+    pub(crate) fn output(&self) -> dm_output_desc {
+        dm_output_desc {
+            size: size_of::<dm_output_desc>() as u32,
+            stride: 24,
+            buffer: self.buffer.as_raw(),
+            bytes: BYTES,
+            offset: 0,
+            normal_offset: 12,
+            normal_format: DM_NORMAL_F32,
+            stages: vk::PipelineStageFlags::VERTEX_INPUT.as_raw(),
+            access: vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
+            queue_family: DM_SAME_FAMILY,
+            reserved: 0,
+            instance_stride: 0,
+        }
+    }
 }
 
 impl HostDevice {

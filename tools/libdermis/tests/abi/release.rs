@@ -15,7 +15,7 @@ use dermis::capi::{dm_result::*, *};
 
 use crate::{
     fine,
-    host::{arm_of, desc, loader, output},
+    host::arm_of,
     host_device::{BYTES, HostDevice},
     last_error, no_gpu,
 };
@@ -182,14 +182,15 @@ fn a_buffer_is_handed_over_as_its_description_says() {
         return;
     }
     let host = HostDevice::new();
-    REAL.get_instance.get_or_init(|| loader(&host));
-    let mut through = desc(&host);
+    REAL.get_instance
+        .get_or_init(|| host.vulkan().get_instance_proc_addr);
+    let mut through = host.vulkan();
     through.get_instance_proc_addr = Some(get_instance);
     let (context, rig, deformer, info) = arm_of(&through);
     let (joints, vertices) = (info.joints as usize, info.vertices as usize);
     let mut pose = vec![0f32; 16 * joints];
     let create = |queue_family| {
-        let (mut out, desc) = (dm_output::default(), output(&host));
+        let (mut out, desc) = (dm_output::default(), host.output());
         let desc = dm_output_desc {
             queue_family,
             ..desc

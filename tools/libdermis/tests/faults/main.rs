@@ -14,16 +14,11 @@ mod scenario;
 mod state;
 mod sweep;
 
-use std::{
-    ffi::{CStr, c_char, c_void},
-    path::PathBuf,
-    ptr::{null, null_mut},
-};
+use std::{ffi::CStr, path::PathBuf, ptr::null};
 
-use ash::vk::{self, Handle as _};
 use dermis::capi::{dm_result::*, *};
 
-use host_device::{BYTES, HostDevice};
+use host_device::HostDevice;
 use scenario::{Character, Way};
 use sweep::Codes;
 
@@ -49,24 +44,6 @@ fn no_gpu() -> bool {
         eprintln!("skipped: DERMIS_NO_GPU=1");
     }
     skip
-}
-
-/// The host's buffer as an output of 24 bytes a vertex.
-fn output(host: &HostDevice) -> dm_output_desc {
-    dm_output_desc {
-        size: size_of::<dm_output_desc>() as u32,
-        stride: 24,
-        buffer: host.buffer.as_raw(),
-        bytes: BYTES,
-        offset: 0,
-        normal_offset: 12,
-        normal_format: DM_NORMAL_F32,
-        stages: vk::PipelineStageFlags::VERTEX_INPUT.as_raw(),
-        access: vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw(),
-        queue_family: DM_SAME_FAMILY,
-        instance_stride: 0,
-        reserved: 0,
-    }
 }
 
 /// A tube of two joints, bent further from pose to pose; coarse, so that its fields take little time.
@@ -103,25 +80,10 @@ struct Adopted(HostDevice);
 
 impl Way for Adopted {
     fn create(&self, out: &mut dm_context) -> dm_result {
-        type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
-        let get: vk::PFN_vkGetInstanceProcAddr = functions::get_instance_proc_addr;
-        let host = &self.0;
         let desc = dm_vulkan_desc {
-            size: size_of::<dm_vulkan_desc>() as u32,
-            api_version: DM_API_VERSION,
-            // SAFETY: the same function with the header's names for its types.
-            get_instance_proc_addr: Some(unsafe {
-                std::mem::transmute::<vk::PFN_vkGetInstanceProcAddr, Get>(get)
-            }),
-            instance: host.instance.handle().as_raw() as *mut _,
-            physical_device: host.physical.as_raw() as *mut _,
-            device: host.device.handle().as_raw() as *mut _,
-            queue: host.queue.as_raw() as *mut _,
-            queue_family: 0,
-            features: 0,
-            budget: 0,
+            get_instance_proc_addr: host_device::loader(functions::get_instance_proc_addr),
             log: Some(state::tell),
-            log_user: null_mut(),
+            ..self.0.vulkan()
         };
         // SAFETY: the host lives on.
         unsafe { dm_context_adopt(&desc, out) }

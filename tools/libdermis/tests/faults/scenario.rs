@@ -169,7 +169,7 @@ impl<'a> Objects<'a> {
     fn create_output(&self, host: &HostDevice) -> dm_result {
         let (context, deformer) = (self.context.get(), self.deformer.get());
         handle(&self.output, |out| unsafe {
-            dm_output_create(context, deformer, &crate::output(host), out)
+            dm_output_create(context, deformer, &host.output(), out)
         })
     }
 

@@ -3,14 +3,14 @@
 #![allow(clippy::undocumented_unsafe_blocks, dead_code)]
 
 use std::{
-    ffi::{CStr, CString, c_char, c_void},
+    ffi::{CStr, CString},
     ptr::{null, null_mut},
 };
 
-use ash::vk::{self, Handle as _};
+use ash::vk::Handle as _;
 use dermis::capi::*;
 
-use crate::host_device::{BYTES, HostDevice};
+use crate::host_device::HostDevice;
 
 /// Fails with the last error where a call did not succeed.
 #[track_caller]
@@ -50,18 +50,8 @@ pub(crate) fn load(name: &str) -> dm_rig {
 
 /// A context on the host's device.
 pub(crate) fn adopt(host: &HostDevice) -> dm_context {
-    type Get = unsafe extern "system" fn(*mut c_void, *const c_char) -> dm_function;
-    let get = host.entry.static_fn().get_instance_proc_addr;
-    let (mut desc, mut context) = (sized::<dm_vulkan_desc>(), dm_context::default());
-    desc.api_version = DM_API_VERSION;
-    // The same function with the header's names for its types.
-    let get = unsafe { std::mem::transmute::<vk::PFN_vkGetInstanceProcAddr, Get>(get) };
-    desc.get_instance_proc_addr = Some(get);
-    desc.instance = host.instance.handle().as_raw() as *mut _;
-    desc.physical_device = host.physical.as_raw() as *mut _;
-    desc.device = host.device.handle().as_raw() as *mut _;
-    desc.queue = host.queue.as_raw() as *mut _;
-    fine(unsafe { dm_context_adopt(&desc, &mut context) });
+    let mut context = dm_context::default();
+    fine(unsafe { dm_context_adopt(&host.vulkan(), &mut context) });
     context
 }
 
@@ -79,13 +69,12 @@ impl<'a> Stage<'a> {
             fine(dm_settings_default(&mut settings));
             settings.method = method;
             fine(dm_deformer_create(context, rig, &settings, &mut deformer));
-            let mut desc = sized::<dm_output_desc>();
-            (desc.stride, desc.normal_offset, desc.normal_format) = (24, 12, DM_NORMAL_F32);
-            (desc.buffer, desc.bytes) = (host.buffer.as_raw(), BYTES);
-            desc.stages = vk::PipelineStageFlags::VERTEX_INPUT.as_raw();
-            desc.access = vk::AccessFlags::VERTEX_ATTRIBUTE_READ.as_raw();
-            desc.queue_family = DM_SAME_FAMILY;
-            fine(dm_output_create(context, deformer, &desc, &mut output));
+            fine(dm_output_create(
+                context,
+                deformer,
+                &host.output(),
+                &mut output,
+            ));
         }
         Self {
             host,
