@@ -9,7 +9,7 @@ const AXIS: f64 = 0.25;
 /// ε of a firm pin: it stays within some 1e-8 of 0.5. Above 0, so that pins that coincide are no contradiction.
 const FIRM: f64 = 1e-8;
 /// ε of a pin of share 1/2. A vertex ahead of a contact line gives way by about this much to a unit force, so that its value goes
-/// from free to 0.5 evenly while its share goes from 0 to 1: measured, steps between slices are within 10 % of each other.
+/// from free to 0.5 evenly while its share goes from 0 to 1: measured, steps from slice to slice are within 15 % of each other.
 const LOOSE: f64 = 0.5;
 
 /// The value of g at one vertex, times a weight.

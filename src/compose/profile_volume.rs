@@ -232,10 +232,10 @@ mod tests {
     #[test]
     fn slices_follow_each_other_smoothly() {
         for (name, volume) in both() {
-            // Inside, where the tip's texel ends its way: measured .0122 a slice, .0073 from one to the next. Towards the corner (1, 1)
-            // the sheet's 0.5 and the sides' 1 come together and steps grow: .046 up to .95.
+            // Measured .0127 a slice and .0049 from one to the next inside. Towards the corner (1, 1) the sheet's 0.5 and the sides'
+            // 1 come together and steps grow: .046 up to .95.
             let (inner, all) = (change(volume, 0.8), change(volume, 0.95));
-            assert!(inner.0 < 0.014 && inner.1 < 0.009, "{name}: {inner:?}");
+            assert!(inner.0 < 0.014 && inner.1 < 0.006, "{name}: {inner:?}");
             assert!(all.0 < 0.05, "{name}: {all:?}");
         }
     }
