@@ -29,7 +29,6 @@ layout(push_constant) uniform Constants {
 
 const float NEAR = 5e-4; // way over the radius on which the field does not change to speak of
 const float NUDGE = 7e-3; // longest step back to the iso-value over the radius; longer ones would be jumps again
-const float SHEET = 0.7; // how far in a contact sheet a vertex off its iso-value is in contact
 
 void main() {
     if (gl_GlobalInvocationID.x >= list_count(dispatches, constants.dispatch)) {
@@ -46,14 +45,19 @@ void main() {
     if (easing < 1.0) {
         end.xyz = start + correction;
     }
-    bool off = distance(correction, wanted) > NEAR * radius;
-    if (off && state_of(status[at]) == ON_ISO) {
-        end.xyz += newton(body.x, evaluate(end.xyz), 1.0, radius, NUDGE);
-    }
-    if (off) {
-        end.w = evaluate(end.xyz).x;
-        bool left = state_of(status[at]) == ON_ISO && abs(end.w - body.x) > constants.tolerance;
-        status[at] = left ? status[at] - ON_ISO + (sheet > SHEET ? CONTACT : LIMIT) : status[at];
-    }
+    bool open = distance(correction, wanted) > NEAR * radius, onto = state_of(status[at]) == ON_ISO, nudged = false;
+    do {
+        if (open) {
+            vec4 sampled = evaluate(end.xyz);
+            end.w = sampled.x;
+            bool off = abs(sampled.x - body.x) > constants.tolerance;
+            open = onto && off && !nudged;
+            end.xyz += open ? newton(body.x, sampled, 1.0, radius, NUDGE) : vec3(0.0);
+            if (nudged && off) {
+                status[at] = status[at] - ON_ISO + (sheet > IN_CONTACT ? CONTACT : LIMIT);
+            }
+            nudged = open;
+        }
+    } while (open);
     position[at] = end;
 }

@@ -34,7 +34,6 @@ layout(push_constant) uniform Constants {
 // A pose carries two limbs' skins into each other past the contact sheet between their fields, and the gradient points away from
 // the sheet on both sides: each would come to rest on its far side, and the skins would have changed places. So what is inside a
 // sheet and has its gradient turned goes on past the sheet.
-const float SHEET = 0.5; // how far in a sheet
 const float RETURN = 2.0; // share of the Newton step
 
 #include "shared/relaxation.glsl"
@@ -53,7 +52,7 @@ void main() {
     vec3 y = relaxed(v, goal, normal, body.z, constants.omega, radius);
 
     vec4 sampled = evaluate(y);
-    bool crossed = sheet > SHEET && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
+    bool crossed = sheet > IN_CONTACT && sampled.x > body.x && dot(slope, sampled.yzw) < 0.0;
     vec3 to = y + goal.w * newton(body.x, sampled, crossed ? RETURN : constants.sigma, radius, LEAP);
     float moved = length(to - x) / radius;
     tracks[first + v] = vec4(to, moved);

@@ -20,6 +20,7 @@ const float FAINT = 1e-5; // lesser fields leave others as they are
 uint fetches = 0u;
 // How far the last walk's place lay in a contact sheet: depth of the contact, times the lesser field over the greater.
 float sheet = 0.0;
+const float IN_CONTACT = 0.5; // how far in a sheet a place is in contact
 
 // f and ∂f/∂x of field i at a point in its box.
 vec4 sample_field(uint i, Box box, vec3 x) {

@@ -5,7 +5,12 @@ use glam::Vec4;
 use super::{
     Args,
     shared::{
-        field::Composite, list, newton::newton, pace::easing_of, relaxation::at, rotation::rotate,
+        field::{Composite, IN_CONTACT},
+        list,
+        newton::newton,
+        pace::easing_of,
+        relaxation::at,
+        rotation::rotate,
     },
 };
 use crate::{
@@ -17,8 +22,6 @@ use crate::{
 const NEAR: f32 = 5e-4;
 /// Longest step back to the iso-value, over the radius.
 const NUDGE: f32 = 7e-3;
-/// How far in a contact sheet a vertex off its iso-value is in contact.
-const SHEET: f32 = 0.7;
 
 /// Eases the listed vertices to where they settled.
 pub fn run(args: &mut Args<'_>) {
@@ -51,22 +54,24 @@ pub fn run(args: &mut Args<'_>) {
         let back = (-turn.truncate()).extend(turn.w);
         corrections[v] = rotate(back, correction).extend(0.0).to_array();
         let mut place = if eased { start + correction } else { end };
-        if correction.distance(wanted) > NEAR * radius {
-            let on_iso = state::of(status[v]) == state::ON_ISO;
-            if on_iso {
-                let (sampled, _) = field.evaluate_sheet(place);
+        let mut open = correction.distance(wanted) > NEAR * radius;
+        let (onto, mut nudged) = (state::of(status[v]) == state::ON_ISO, false);
+        while open {
+            let (sampled, sheet) = field.evaluate_sheet(place);
+            position[v][3] = sampled.0;
+            let off = (sampled.0 - iso).abs() > c.tolerance;
+            open = onto && off && !nudged;
+            if open {
                 place += newton(iso, sampled, 1.0, radius, NUDGE);
-            }
-            let ((f, _), sheet) = field.evaluate_sheet(place);
-            position[v][3] = f;
-            if on_iso && (f - iso).abs() > c.tolerance {
-                let left = if sheet > SHEET {
+            } else if nudged && off {
+                let left = if sheet > IN_CONTACT {
                     state::CONTACT
                 } else {
                     state::LIMIT
                 };
                 status[v] = status[v] - state::ON_ISO + left;
             }
+            nudged = open;
         }
         position[v][..3].copy_from_slice(&place.to_array());
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{
     Args,
     shared::{
-        field::Composite,
+        field::{Composite, IN_CONTACT},
         list,
         newton::{LEAP, newton},
         relaxation::{Relaxation, at, normal},
@@ -14,9 +14,7 @@ use super::{
 };
 use crate::pass::track::Constants;
 
-/// How far in a contact sheet a turned gradient means that the vertex has crossed it.
-const SHEET: f32 = 0.5;
-/// Share of the Newton step of one that has.
+/// Share of the Newton step of a vertex that has crossed a contact sheet.
 const RETURN: f32 = 2.0;
 
 /// Iterates once on the listed vertices.
@@ -42,7 +40,7 @@ pub fn run(args: &mut Args<'_>) {
         let y = relaxation.relaxed(v, normal(at(slopes, v)), freedom, c.omega, radius);
         let (sampled, sheet) = field.evaluate_sheet(y);
         let (f, g) = sampled;
-        let crossed = sheet > SHEET && f > iso && at(slopes, v).dot(g) < 0.0;
+        let crossed = sheet > IN_CONTACT && f > iso && at(slopes, v).dot(g) < 0.0;
         let sigma = if crossed { RETURN } else { c.sigma };
         let to = y + relaxation.pace(v) * newton(iso, sampled, sigma, radius, LEAP);
         let g = if crossed { -g } else { g };

@@ -14,6 +14,8 @@ const NULL_GRADIENT: f32 = 1e-6;
 const UNION: u32 = 0;
 /// Lesser fields leave others as they are.
 const FAINT: f32 = 1e-5;
+/// How far in a contact sheet a place is in contact.
+pub const IN_CONTACT: f32 = 0.5;
 /// Over which share of a box a field fades out, inverted.
 const FADING: f32 = 8.0;
 /// Number of the contact operator.
