@@ -1,6 +1,7 @@
 //! Every function refuses what is wrong with the right code, and never crashes.
 
 use std::{
+    ffi::c_char,
     ptr::{null, null_mut},
     thread,
 };
@@ -222,10 +223,19 @@ fn arguments_are_named() {
     fine(dm_context_destroy(a.context));
 }
 
+/// One a vertex of the tube, and more.
+static WEIGHTS: [f32; 999] = [1.0; 999];
+static JOINTS: [u16; 999] = [0; 999];
+/// Shared by threads that only read the pointer.
+struct Names([*const c_char; 1]);
+// SAFETY: nobody follows the pointer, which is NULL.
+unsafe impl Sync for Names {}
+static NAMES: Names = Names([null()]);
+
 #[test]
 fn arrays_that_cannot_be_used_are_refused() {
     type Spoil = fn(&mut raw::Mesh, &mut dm_mesh_desc);
-    let spoiled: [(Spoil, dm_result, &str); 12] = [
+    let spoiled: [(Spoil, dm_result, &str); 16] = [
         (|_, d| d.vertices = 0, DM_ERROR_ARGUMENT, "desc.vertices"),
         (
             |_, d| d.vertices = u32::MAX,
@@ -242,6 +252,26 @@ fn arrays_that_cannot_be_used_are_refused() {
         (|_, d| d.indices = null(), DM_ERROR_NULL, "desc.indices"),
         (|_, d| d.parents = null(), DM_ERROR_NULL, "desc.parents"),
         (|_, d| d.bind = null(), DM_ERROR_NULL, "desc.bind"),
+        (
+            |_, d| d.names = NAMES.0.as_ptr(),
+            DM_ERROR_NULL,
+            "desc.names[0]",
+        ),
+        (
+            |_, d| (d.influences, d.weights) = (1, WEIGHTS.as_ptr()),
+            DM_ERROR_NULL,
+            "desc.joint_indices",
+        ),
+        (
+            |_, d| (d.influences, d.joint_indices) = (1, JOINTS.as_ptr()),
+            DM_ERROR_NULL,
+            "desc.weights",
+        ),
+        (
+            |_, d| (d.influences, d.weights) = (0, WEIGHTS.as_ptr()),
+            DM_ERROR_ARGUMENT,
+            "desc.influences",
+        ),
         (
             |m, _| m.indices[3][1] = 9999,
             DM_ERROR_ARGUMENT,
@@ -264,6 +294,96 @@ fn arrays_that_cannot_be_used_are_refused() {
         assert_eq!(result, wanted, "{}", last_error());
         assert!(last_error().contains(named), "{named}: {}", last_error());
     }
+}
+
+#[test]
+fn arrays_of_options_are_null_only_where_they_are_empty() {
+    type Spoil = fn(&mut dm_rig_options, &mut dm_joint_options);
+    let spoiled: [(Spoil, dm_result, &str); 7] = [
+        (|_, _| (), DM_OK, ""),
+        (|o, _| o.joint_count = 1, DM_ERROR_NULL, "options.joints"),
+        (
+            |o, _| o.primitive_count = 1,
+            DM_ERROR_NULL,
+            "options.primitives",
+        ),
+        (|o, _| o.part_count = 1, DM_ERROR_NULL, "options.parts"),
+        (
+            |o, j| {
+                j.name = null();
+                (o.joints, o.joint_count) = (j, 1);
+            },
+            DM_ERROR_NULL,
+            "options.joints.name",
+        ),
+        (
+            |o, j| {
+                j.size -= 1;
+                (o.joints, o.joint_count) = (j, 1);
+            },
+            DM_ERROR_STRUCT_SIZE,
+            "options.joints",
+        ),
+        (
+            |o, j| (o.joints, o.joint_count) = (j, 1),
+            DM_OK,
+            "options.joints",
+        ),
+    ];
+    for (spoil, wanted, named) in spoiled {
+        // SAFETY: numbers, pointers and optional functions, for which 0 is a value; pointers are NULL or to what lives until the
+        // call returns.
+        let result = unsafe {
+            let mut options: dm_rig_options = std::mem::zeroed();
+            options.size = size_of::<dm_rig_options>() as u32;
+            fine(dm_rig_options_default(&mut options));
+            let mut joint: dm_joint_options = std::mem::zeroed();
+            joint.size = size_of::<dm_joint_options>() as u32;
+            joint.name = c"lower".as_ptr();
+            spoil(&mut options, &mut joint);
+            dm_rig_load(raw::path().as_ptr(), &options, &mut dm_rig::default())
+        };
+        assert_eq!(result, wanted, "{named}: {}", last_error());
+        assert!(wanted == DM_OK || last_error().contains(named), "{named}");
+    }
+}
+
+#[test]
+fn arrays_of_a_skin_that_are_null_are_not_wanted() {
+    let a = arguments();
+    let (vertices, joints) = (a.storage.vertices as usize, a.storage.joints);
+    let mut numbers = vec![f32::NAN; 3 * vertices];
+    let mut states = vec![99u8; vertices];
+    let mut bones = vec![u16::MAX; vertices];
+    for wanted in 0..7 {
+        // SAFETY: arrays are NULL or have room for all vertices.
+        unsafe {
+            let poses = a.storage.numbers.as_ptr();
+            fine(dm_deformer_advance(a.deformer, poses, joints));
+            let mut skin: dm_skin = std::mem::zeroed();
+            skin.size = size_of::<dm_skin>() as u32;
+            skin.vertices = a.storage.vertices;
+            let out = numbers.as_mut_ptr();
+            match wanted {
+                0 => (),
+                1 => skin.positions = out,
+                2 => skin.normals = out,
+                3 => skin.fields = out,
+                4 => skin.isos = out,
+                5 => skin.states = states.as_mut_ptr(),
+                _ => skin.bones = bones.as_mut_ptr(),
+            }
+            fine(dm_deformer_read(a.deformer, &skin));
+        }
+        let written = numbers.iter().filter(|x| !x.is_nan()).count();
+        let expected = [0, 3, 3, 1, 1, 0, 0][wanted] * vertices;
+        assert_eq!(written, expected, "{wanted}");
+        numbers.fill(f32::NAN);
+    }
+    assert!(!states.contains(&99) && !bones.contains(&u16::MAX));
+    fine(dm_deformer_destroy(a.deformer));
+    fine(dm_rig_destroy(a.rig));
+    fine(dm_context_destroy(a.context));
 }
 
 #[test]
