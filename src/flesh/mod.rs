@@ -30,10 +30,13 @@
 
 mod bend;
 mod curve;
+mod file;
 mod frame;
 mod hermite;
+mod layers;
 mod length;
 mod map;
+mod measure;
 mod register;
 mod search;
 mod spine;
@@ -45,7 +48,9 @@ mod twist;
 
 pub use bend::{BendOptions, Bent, Placement, bend, bend_again};
 pub use curve::{Curve, Round};
+pub use layers::{Layer, blend};
 pub use map::{BINORMAL_ROOM, Map, Shift};
+pub use measure::{LocalError, cube_error, surface_error, torn, volume};
 pub use register::{
     AMBIGUOUS, Anchor, INVALID, PAST_BENT_LIMIT, PAST_END, PAST_REST_LIMIT, Registration, Tilt,
     register,
