@@ -41,6 +41,7 @@ pub mod compose;
 pub mod deformer;
 pub mod error;
 pub mod field;
+pub mod flesh;
 pub mod frame;
 pub mod gpu;
 pub mod layout;

@@ -1,14 +1,18 @@
-//! Files in and out: glTF characters in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
+//! Files in and out: glTF characters and OBJ, PLY and OFF meshes in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
 
 mod arrays;
 mod export;
 mod import;
 mod model;
+mod sequence;
+mod surface;
 
 pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
-    MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
-    write_obj, write_ply,
+    MorphAnimation, MorphFrame, PlyFrame, SurfaceFormat, SurfaceFrame, write_atomic,
+    write_glb_morph, write_glb_skinned, write_obj, write_ply, write_surface,
 };
 pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};
+pub use sequence::{Room, Sequence, load_sequence};
+pub use surface::{Surface, is_surface, load_surface};

@@ -19,6 +19,16 @@ pub const CHARACTERS: [&str; 5] = [
 
 /// The [`CHARACTERS`] of the shared data; none, and a line that says so, where the folder does not exist.
 pub fn characters() -> impl Iterator<Item = (&'static str, Model)> {
+    let data = data();
+    let names = data.as_ref().map_or(&[][..], |_| &CHARACTERS);
+    let root = data.unwrap_or_default().join("characters");
+    names
+        .iter()
+        .map(move |name| (*name, asset::load(&root.join(name)).unwrap()))
+}
+
+/// The folder of the shared data; none, and a line that says so, where it does not exist.
+pub fn data() -> Option<PathBuf> {
     let data = std::env::var_os("DERMIS_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
         PathBuf::from,
@@ -27,11 +37,7 @@ pub fn characters() -> impl Iterator<Item = (&'static str, Model)> {
     if !there {
         eprintln!("skipped: no data at {} (DERMIS_DATA)", data.display());
     }
-    let names = CHARACTERS.into_iter().filter(move |_| there);
-    names.map(move |name| {
-        let path = data.join("characters").join(name);
-        (name, asset::load(&path).unwrap())
-    })
+    there.then_some(data)
 }
 
 /// A device with validation; `None` where `DERMIS_NO_GPU=1` asks for the skip.

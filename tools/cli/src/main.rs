@@ -1,4 +1,4 @@
-//! Command line of dermis: bake, render, bench and profile character skin.
+//! Command line of dermis: bake, render, bench and profile character skin; bend meshes along spines.
 
 mod bake;
 mod bench;
@@ -6,6 +6,7 @@ mod bench_report;
 mod bench_run;
 mod console;
 mod devices;
+mod flesh;
 mod info;
 mod options;
 mod output;
@@ -53,6 +54,7 @@ enum Command {
     Render(render::Args),
     Bench(bench::Args),
     Profile(profile::Args),
+    Flesh(flesh::Args),
 }
 
 fn main() -> ExitCode {
@@ -83,6 +85,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Render(args) => render::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
+        Command::Flesh(args) => flesh::run(args),
     }
 }
 

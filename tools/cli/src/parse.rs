@@ -69,6 +69,13 @@ pub(crate) fn frames(text: &str) -> Result<Range<usize>, String> {
     Ok(range)
 }
 
+/// A number from 0 to 1.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    let share = number.filter(|x| (0.0..=1.0).contains(x));
+    share.ok_or_else(|| "expected a number from 0 to 1".into())
+}
+
 /// Width and height in pixels, `640x480`.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |part: &str| part.trim().parse().ok().filter(|&n: &u32| n > 0);

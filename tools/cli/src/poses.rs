@@ -173,7 +173,7 @@ fn frames(
 }
 
 /// The turn in a matrix, without its scale and without its shift.
-fn rotation(matrix: &Mat4) -> Quat {
+pub(crate) fn rotation(matrix: &Mat4) -> Quat {
     let [x, y] = [matrix.x_axis, matrix.y_axis].map(|axis| axis.truncate());
     let x = x.normalize_or(Vec3::X);
     let y = y.reject_from_normalized(x);

@@ -1,0 +1,244 @@
+#![allow(clippy::unwrap_used)]
+//! Spines: arc length, frames, closest points, and curves that are none.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::*;
+
+fn round() -> Round {
+    Round {
+        start: DVec3::new(1.0, 2.0, 3.0),
+        tangent: DVec3::new(2.0, 0.0, 1.0),
+        normal: DVec3::new(0.0, 3.0, 0.0),
+        radius: 1.5,
+        length: 8.0,
+    }
+}
+
+fn wave(count: u32, close: bool) -> Vec<DVec3> {
+    let at = |i: u32| {
+        let a = TAU * f64::from(i % count) / f64::from(count);
+        DVec3::new(3.0 * a.cos(), 2.0 * a.sin(), 0.6 * (3.0 * a).sin())
+    };
+    (0..count + u32::from(close)).map(at).collect()
+}
+
+fn curves() -> Vec<(&'static str, Curve)> {
+    vec![
+        ("two points", Curve::BSpline(vec![DVec3::ZERO, DVec3::Y])),
+        ("polynomial", Curve::Polynomial(wave(9, false))),
+        ("B-spline", Curve::BSpline(wave(14, false))),
+        ("closed B-spline", Curve::BSpline(wave(14, true))),
+        ("polyline", Curve::Polyline(wave(200, false))),
+        ("closed polyline", Curve::Polyline(wave(200, true))),
+        ("arc", Curve::Arc(round())),
+        (
+            "helix",
+            Curve::Helix {
+                round: round(),
+                pitch: -2.0,
+            },
+        ),
+    ]
+}
+
+/// Tangent, curvature, frame and rates are the derivatives that they say, by arc length; past the ends too.
+#[test]
+fn a_spine_goes_by_arc_length_with_a_frame_that_does_not_turn() {
+    for (name, curve) in curves() {
+        let spine = Spine::new(&SpineDesc::new(curve)).unwrap();
+        let (length, h) = (spine.length(), 1e-5);
+        // Where a polyline's stretches meet, third derivatives jump.
+        let coarse: f64 = if name.contains("polyline") {
+            1e-2
+        } else {
+            1e-5
+        };
+        for i in -30..130 {
+            let s = length * (f64::from(i) + 0.37) / 100.0;
+            let (a, b, c) = (spine.section(s - h), spine.section(s), spine.section(s + h));
+            let plane = |k: glam::DVec2| k.x * b.side + k.y * b.lift;
+            let slope = |f: fn(&Section) -> DVec3| (f(&c) - f(&a)) / (2.0 * h);
+            assert!(
+                slope(|s| s.position).distance(b.tangent) < 1e-8,
+                "{name} {i}"
+            );
+            let near = slope(|s| s.tangent).distance(plane(b.curvature));
+            assert!(near < 1e-6, "{name} {i} {near:e}");
+            let turn = slope(|s| s.side).dot(b.lift);
+            assert!((turn - b.twist_rate).abs() < 1e-6, "{name} {i} {turn}");
+            // Cubic between samples.
+            if !spine.closed() {
+                assert!(turn.abs() < 1e-4, "{name} {i} {turn}");
+            }
+            let rate = (c.curvature - a.curvature) / (2.0 * h);
+            let near = rate.distance(b.curvature_rate);
+            assert!(
+                near < coarse.max(1e-3 * f64::from(u8::from(!(0..100).contains(&i)))),
+                "{name} {i} {near:e}"
+            );
+            for v in [b.side, b.lift, b.tangent] {
+                assert!((v.length() - 1.0).abs() < 1e-12);
+            }
+            assert!(b.side.dot(b.tangent).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn curves_go_through_their_points() {
+    for curve in [
+        Curve::Polynomial(wave(9, false)),
+        Curve::BSpline(wave(14, false)),
+        Curve::BSpline(wave(14, true)),
+        Curve::Polyline(wave(200, true)),
+    ] {
+        let spine = Spine::new(&SpineDesc::new(curve.clone())).unwrap();
+        let (Curve::Polynomial(points) | Curve::BSpline(points) | Curve::Polyline(points)) = curve
+        else {
+            unreachable!()
+        };
+        for point in points {
+            let found = spine.closest(point);
+            assert!(found.distance < 1e-9, "{point} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn arcs_and_helices_are_what_they_say() {
+    let arc = Spine::new(&SpineDesc::new(Curve::Arc(round()))).unwrap();
+    let centre = round().start + 1.5 * DVec3::Y;
+    for i in 0..=20 {
+        let section = arc.section(0.4 * f64::from(i));
+        assert!((section.position.distance(centre) - 1.5).abs() < 1e-11);
+        assert!((section.curvature.length() - 1.0 / 1.5).abs() < 1e-9);
+    }
+    assert!((arc.length() - 8.0).abs() < 1e-12);
+    let pitch = 2.0;
+    let long = Round {
+        length: 20.0,
+        ..round()
+    };
+    let helix = Curve::Helix { round: long, pitch };
+    let helix = Spine::new(&SpineDesc::new(helix)).unwrap();
+    let start = helix.section(0.0);
+    assert!(start.tangent.distance(round().tangent.normalize()) < 1e-12);
+    // A turn later it is one pitch along the axis, which the tangent leans towards.
+    let turn = (TAU * 1.5).hypot(pitch);
+    let risen = helix.section(turn).position - start.position;
+    assert!((risen.length() - pitch).abs() < 1e-9);
+    assert!((risen.dot(start.tangent) - pitch * pitch / turn).abs() < 1e-9);
+    assert!(risen.dot(start.tangent.cross(DVec3::Y)) > 0.0);
+}
+
+/// Against all of a fine sampling.
+#[test]
+fn the_closest_point_is_the_closest() {
+    for (name, curve) in curves() {
+        let spine = Spine::new(&SpineDesc::new(curve)).unwrap();
+        let samples: Vec<DVec3> = (0..=20_000)
+            .map(|i| {
+                spine
+                    .section(spine.length() * f64::from(i) / 20_000.0)
+                    .position
+            })
+            .collect();
+        for i in 0..200u32 {
+            let a = f64::from(i);
+            let point = DVec3::new((1.3 * a).sin(), (2.7 * a).cos(), (0.9 * a).sin());
+            let point = spine
+                .section(spine.length() * (0.5 + 0.4 * (0.7 * a).sin()))
+                .position
+                + 1.2 * point;
+            let found = spine.closest(point);
+            let least = samples
+                .iter()
+                .map(|s| s.distance(point))
+                .fold(f64::INFINITY, f64::min);
+            assert!(found.distance <= least + 1e-12, "{name} {point}");
+            let section = spine.section(found.arc);
+            let way = point - section.position;
+            assert!((way.length() - found.distance).abs() < 1e-9);
+            assert!(
+                way.dot(section.tangent).abs() < 1e-9 * (1.0 + way.length()),
+                "{name} {point}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_frame_starts_as_asked() {
+    let mut desc = SpineDesc::new(Curve::Arc(round()));
+    desc.up = Some(DVec3::new(1.0, 1.0, 0.0));
+    let spine = Spine::new(&desc).unwrap();
+    let start = spine.section(0.0);
+    let wanted = DVec3::new(1.0, 1.0, 0.0).reject_from_normalized(start.tangent);
+    assert!(start.side.distance(wanted.normalize()) < 1e-12);
+    // Without an up, as the rest spine does, by the shortest way.
+    let rest = Spine::new(&SpineDesc::new(Curve::BSpline(vec![DVec3::ZERO, DVec3::Z]))).unwrap();
+    desc.up = None;
+    let like = Spine::like(&desc, &rest).unwrap().section(0.0);
+    let axis = DVec3::Z.cross(like.tangent).normalize();
+    let before = rest.section(0.0).side;
+    assert!((before.dot(axis) - like.side.dot(axis)).abs() < 1e-12);
+}
+
+#[test]
+fn curves_that_are_none_are_refused_by_name() {
+    let refused = |curve: Curve, part: &str| {
+        let error = Spine::new(&SpineDesc::new(curve)).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}: {part}");
+    };
+    let p = |x: f64| DVec3::new(x, 0.0, 0.0);
+    for curve in [Curve::Polynomial, Curve::BSpline, Curve::Polyline] {
+        refused(curve(vec![]), "points: 0 given");
+        refused(curve(vec![p(1.0)]), "points: 1 given");
+        refused(curve(vec![p(0.0), p(f64::NAN)]), "points/1: is not finite");
+        refused(
+            curve(vec![p(0.0), p(f64::INFINITY)]),
+            "points/1: is not finite",
+        );
+    }
+    refused(
+        Curve::BSpline(vec![p(0.0), p(0.0)]),
+        "points/1: is the same",
+    );
+    refused(
+        Curve::Polyline(vec![p(2.0), p(2.0), p(2.0)]),
+        "points: 1 given",
+    );
+    refused(
+        Curve::Polynomial((0..17).map(|i| p(f64::from(i))).collect()),
+        "2 to 16",
+    );
+    // There and back again on a line: a cusp.
+    refused(Curve::Polynomial(vec![p(0.0), p(1.0), p(0.0)]), "cusp");
+    let with = |change: fn(&mut Round)| {
+        let mut round = round();
+        change(&mut round);
+        Curve::Arc(round)
+    };
+    refused(with(|r| r.radius = 0.0), "radius: 0");
+    refused(with(|r| r.radius = f64::NAN), "radius: NaN");
+    refused(with(|r| r.length = -1.0), "length: -1");
+    refused(with(|r| r.length = 0.0), "length: 0");
+    refused(with(|r| r.length = 100.0), "full circle");
+    refused(with(|r| r.tangent = DVec3::ZERO), "tangent");
+    refused(with(|r| r.normal = r.tangent), "normal");
+    refused(with(|r| r.start.x = f64::NAN), "start");
+    let mut desc = SpineDesc::new(Curve::Arc(round()));
+    desc.up = Some(round().tangent);
+    assert!(Spine::new(&desc).unwrap_err().to_string().starts_with("up"));
+    desc.up = None;
+    desc.ease = 2.0;
+    assert!(
+        Spine::new(&desc)
+            .unwrap_err()
+            .to_string()
+            .starts_with("ease")
+    );
+}
