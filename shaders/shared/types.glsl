@@ -45,6 +45,9 @@ uvec3 unpack_cell(uint word) {
     return uvec3(word, word >> 5, word >> 10) & 0x1fu;
 }
 
+// A row that follows a spine (FleshRow) is seven texels; the last has words.
+const uint FLESH_TEXELS = 7u;
+
 const uint NO_FIELD = 0xffffu;
 const uint UNION = 0u;
 

@@ -191,6 +191,8 @@ pub struct Sizes {
     pub width: u32,
     /// Fields.
     pub fields: u32,
+    /// Rows of the file that follow a spine.
+    pub fleshed: u32,
     /// How the shaders compose fields ([`crate::layout::composition`]).
     pub composition: u32,
     /// Instances that share a buffer, each with a part of its own.
@@ -217,7 +219,11 @@ pub(super) fn dispatch_rows(settings: &Settings) -> u32 {
 /// The steps of one frame.
 pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
     let pose = [steps::take_palette(), steps::take_fields()];
-    let skin = |linear| Plan::once([&pose[..1], &[steps::skin_file_rows(sizes, linear)]].concat());
+    let skin = |linear| {
+        let mut steps = vec![steps::take_palette(), steps::skin_file_rows(sizes, linear)];
+        steps.extend(steps::flesh(sizes));
+        Plan::once(steps)
+    };
     match settings.method {
         Method::Lbs => skin(true),
         Method::Dqs => skin(false),

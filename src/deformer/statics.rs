@@ -1,5 +1,7 @@
 //! What a deformer uploads once: a rig as the passes read it.
 
+mod flesh;
+
 use std::collections::BTreeMap;
 
 use bytemuck::{Pod, cast_slice};
@@ -62,6 +64,7 @@ impl Statics {
                 joints: rig.skeleton.joints.len() as u32,
                 width: rig.weights.width as u32,
                 fields: rig.fields.len() as u32,
+                fleshed: 0,
                 composition: composition::UNIONS,
                 instances: settings.instances,
             },
@@ -69,6 +72,7 @@ impl Statics {
         };
         s.mesh(rig);
         s.influences(rig);
+        s.flesh(rig);
         match settings.method {
             Method::Tracking => {
                 s.tracking_composition(rig)?;

@@ -5,6 +5,7 @@
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 mod embedding;
+mod flesh;
 mod instances;
 mod muscle;
 mod tracking;
@@ -292,9 +293,13 @@ fn compare(
 }
 
 fn compare_all(file: &str, joints: &[(&str, crate::compose::Operator)], methods: &[Method]) {
-    let (Some(gpu), Some(rig)) = (gpu(), rig(file, joints)) else {
-        return;
-    };
+    if let Some(rig) = rig(file, joints) {
+        compare_steps(&rig, methods);
+    }
+}
+
+fn compare_steps(rig: &Arc<Rig>, methods: &[Method]) {
+    let Some(gpu) = gpu() else { return };
     for &method in methods {
         let settings = Settings {
             method,

@@ -139,6 +139,27 @@ pub struct FieldPose {
     pub last_cell: u32,
 }
 
+/// A row of the file that follows a spine: [`crate::rig::FleshPlace`] with the row's normal.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FleshRow {
+    /// Unit tangent of the rest spine; w: length of the rest spine a unit of its parameter.
+    pub tangent: [f32; 4],
+    /// First vector of the frame; w: how far past an end.
+    pub side: [f32; 4],
+    /// Place across the straight spine; weight; derivative of the logarithm of the speed.
+    pub straight: [f32; 4],
+    /// The normal times the derivatives of the rest position by arc length and by both coordinates of `straight`; w: share of
+    /// the second joint.
+    pub covector: [f32; 4],
+    /// The two joints whose rotations blend, as numbers; the share's derivative; the map: 0 radial, 1 normal, 2 binormal.
+    pub frame: [f32; 4],
+    /// Derivative of the rest spine's unit tangent by its parameter, along side and tangent × side; 0, 0.
+    pub turning: [f32; 4],
+    /// Row of the file, that of its first weight, that of its spine's first point, and the number of points.
+    pub rows: [u32; 4],
+}
+
 /// Head of the posed fields of an instance; [`FieldPose`]s follow.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -8,6 +8,7 @@ pub mod compact;
 pub mod diffuse;
 pub mod ease;
 pub mod field_grid;
+pub mod flesh;
 pub mod goals;
 pub mod index;
 pub mod judge;

@@ -16,6 +16,7 @@ mod random;
 mod rigid;
 mod sheets;
 pub(crate) mod skeleton;
+mod spine;
 mod subdivide;
 mod swell;
 mod volumes;
@@ -37,6 +38,7 @@ pub(crate) use pose::degrees;
 pub use pose_file::{JointPose, PoseFile};
 pub use primitive::Primitive;
 pub use random::Random;
+pub use spine::{FleshPlace, Fleshing, SpineChain, SpinePoint};
 pub use subdivide::subdivide;
 pub use swell::{Stretch, Swell};
 
@@ -118,11 +120,13 @@ pub struct Rig {
     pub mean_value: Vec<f32>,
     /// Vertices within three rings of each vertex, itself included, ascending.
     pub neighbourhood: Csr,
-    /// Vertices that follow geometric skinning only (thin sheets, small rigid shells).
+    /// Vertices that follow geometric skinning only (thin sheets, small rigid shells), or fleshing wholly.
     pub geometric: Vec<bool>,
     /// How rigidly each welded vertex follows its part's joint in tracking, from 0 (free) to 1: carried from its place at rest,
     /// projected, but never relaxed (2014, section 6.2 and figure 11).
     pub rigid: Vec<f32>,
+    /// Vertices that bend by fleshing along chains of joints.
+    pub fleshing: Fleshing,
     /// Folder that keeps what takes long to make, where the user named one.
     pub cache: Option<PathBuf>,
     /// What was mended or left out, a sentence each.

@@ -1,6 +1,6 @@
 //! What the user may choose about a preparation.
 
-use super::Primitive;
+use super::{Primitive, SpineChain};
 use crate::compose::{Controller, OpeningCurve, Operator, Profile};
 
 /// What the user may choose about a preparation.
@@ -20,6 +20,8 @@ pub struct Options {
     pub magnitude: f32,
     /// Extra implicit primitives, such as muscles that swell with a joint's bend.
     pub primitives: Vec<Primitive>,
+    /// Chains of joints that bend by fleshing: tails, trunks, necks, tentacles.
+    pub spines: Vec<SpineChain>,
     /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
     pub part: Option<Vec<u16>>,
     /// How often every triangle is cut into four.
@@ -38,6 +40,7 @@ impl Default for Options {
             rigid: Vec::new(),
             primitives: Vec::new(),
             magnitude: 1.0,
+            spines: Vec::new(),
             part: None,
             subdivide: 0,
             heat_weights: false,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    FileRows, Options, Primitive, Rig, Skeleton,
+    FileRows, Fleshing, Options, Primitive, Rig, Skeleton,
     archive::Prepared,
     cache::{self, Entry, Key},
     program::compose,
@@ -218,6 +218,17 @@ impl Base {
         let file = self.model.path.file_name().unwrap_or_default();
         let mut warnings = self.model.warnings;
         warnings.extend(p.warnings);
+        let fleshing = Fleshing::new(
+            &options.spines,
+            &self.skeleton,
+            &self.welded.mesh,
+            &p.weights,
+            &p.part,
+        )?;
+        let mut geometric = p.geometric;
+        for place in fleshing.places.iter().filter(|place| place.weight == 1.0) {
+            geometric[place.vertex as usize] = true;
+        }
         let rig = Rig {
             name: file.to_string_lossy().into_owned(),
             mean_value: mean_value(&self.welded.mesh),
@@ -235,8 +246,9 @@ impl Base {
             fields,
             primitives,
             composition,
-            geometric: p.geometric,
+            geometric,
             rigid,
+            fleshing,
             cache: None,
             warnings,
         };

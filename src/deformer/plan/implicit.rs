@@ -15,6 +15,7 @@ pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     smooth_contacts(&mut steps, sizes, settings);
     steps.push(normals(sizes));
     steps.push(scatter(sizes));
+    steps.extend(flesh(sizes));
     steps
 }
 

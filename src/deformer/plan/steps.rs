@@ -352,6 +352,33 @@ pub(super) fn scatter(sizes: &Sizes) -> Step {
     )
 }
 
+/// Bends what follows a spine; the last step of every method, where anything does.
+pub(super) fn flesh(sizes: &Sizes) -> Option<Step> {
+    let bind = [
+        Resource::FleshRows,
+        Resource::FleshRows,
+        Resource::SpineWeights,
+        Resource::SpinePoints,
+        Resource::Palette,
+        Resource::SkinPositions,
+        Resource::SkinNormals,
+    ];
+    let constants = pass::flesh::Constants {
+        count: sizes.fleshed,
+        rows: sizes.rows,
+        joints: sizes.joints,
+    };
+    let step = || {
+        dispatch(
+            pass!(flesh),
+            &bind,
+            &constants,
+            Extent::Items(sizes.fleshed),
+        )
+    };
+    (sizes.fleshed > 0).then(step)
+}
+
 /// Clears what a frame says of its skin.
 pub(super) fn clear_skin() -> [Step; 5] {
     [

@@ -133,5 +133,6 @@ fn skin(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
     steps.push(ease(sizes, settings));
     steps.push(normals(sizes));
     steps.push(scatter(sizes));
+    steps.extend(flesh(sizes));
     steps
 }

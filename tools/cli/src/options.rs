@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use dermis::{
     compose::{Controller, OpeningCurve, Operator},
     deformer::Method,
+    rig::SpineChain,
 };
 
 use crate::parse::{self, DeviceChoice};
@@ -51,6 +52,11 @@ pub(crate) struct RigOptions {
     /// that the file paints so, with the attribute _RIGID (1 rigid, 0 free).
     #[arg(long, value_name = "JOINT")]
     pub(crate) rigid: Vec<String>,
+    /// Bend a chain of joints by fleshing (repeatable): tails, trunks, necks, tentacles, from the joint ROOT to its descendant
+    /// TIP. The skin of the chain keeps the volume of every piece, and blends into the rest by its weights. The map says in which
+    /// direction flesh gives way: radial (from the spine, the default), normal (in the plane of the bend) or binormal (across).
+    #[arg(long, value_name = "ROOT:TIP[=radial|normal|binormal]", value_parser = parse::spine)]
+    pub(crate) spine: Vec<SpineChain>,
     /// Size of the bulge at a contact; 0 gives none, 1 is the authors' size.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse::not_negative)]
     pub(crate) magnitude: f32,

@@ -5,6 +5,8 @@ use std::{ops::Range, str::FromStr};
 use dermis::{
     Error,
     compose::{Controller, OpeningCurve, Operator},
+    flesh::Map,
+    rig::SpineChain,
 };
 use glam::Vec3;
 
@@ -124,6 +126,34 @@ pub(crate) fn controller(text: &str) -> Result<(String, Controller), String> {
         text => Controller::new(points(text, USAGE)?, [1.0; 2]).map_err(refused(text))?,
     };
     Ok((name.into(), curve))
+}
+
+/// `ROOT:TIP[=radial|normal|binormal]`. Names of joints may have colons, equally many: the one in the middle is ours.
+pub(crate) fn spine(text: &str) -> Result<SpineChain, String> {
+    let (chain, map) = match text.rsplit_once('=') {
+        None => (text, Map::Radial),
+        Some((chain, "radial")) => (chain, Map::Radial),
+        Some((chain, "normal")) => (chain, Map::Normal),
+        Some((chain, "binormal")) => (chain, Map::Binormal),
+        Some((_, map)) => {
+            return Err(format!(
+                "unknown map {map:?}: use radial, normal or binormal"
+            ));
+        }
+    };
+    let colons: Vec<usize> = chain.match_indices(':').map(|(at, _)| at).collect();
+    let middle = colons
+        .get(colons.len() / 2)
+        .filter(|_| colons.len() % 2 == 1);
+    let ends = middle.map(|at| (&chain[..*at], &chain[at + 1..]));
+    match ends.filter(|(root, tip)| !root.is_empty() && !tip.is_empty()) {
+        Some((root, tip)) => Ok(SpineChain {
+            root: root.into(),
+            tip: tip.into(),
+            map,
+        }),
+        None => Err("expected two joints ROOT:TIP, such as tail_1:tail_6".into()),
+    }
 }
 
 fn refused(text: &str) -> impl Fn(Error) -> String {

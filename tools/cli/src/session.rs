@@ -171,6 +171,7 @@ fn prepare(
         controllers: user.controller.clone(),
         profile: read_profile(user)?,
         rigid: user.rigid.clone(),
+        spines: user.spine.clone(),
         magnitude: user.magnitude,
         primitives,
         subdivide: user.subdivide,

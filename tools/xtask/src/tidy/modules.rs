@@ -15,7 +15,7 @@ const MODULES: &[(&str, &[&str])] = &[
     ("flesh", &[]),
     // The skeleton that a field is fitted to is one of the rig's raw types.
     ("field", &["mesh", "rig", "layout"]),
-    ("rig", &["asset", "mesh", "field", "compose"]),
+    ("rig", &["asset", "mesh", "field", "compose", "flesh"]),
     ("sphere_mesh", &["mesh", "asset"]),
     ("layout", &[]),
     ("gpu", &[]),
@@ -23,7 +23,7 @@ const MODULES: &[(&str, &[&str])] = &[
     ("pass", &["layout", "gpu", "field"]),
     (
         "twin",
-        &["layout", "pass", "rig", "mesh", "compose", "field"],
+        &["layout", "pass", "rig", "mesh", "compose", "field", "flesh"],
     ),
     ("frame", &["gpu", "pass"]),
     (
