@@ -13,6 +13,8 @@ pub use export::{
     write_glb_morph, write_glb_skinned, write_obj, write_ply, write_surface,
 };
 pub use import::{ROW_LIMIT, load};
-pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};
+pub use model::{
+    Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property, Spine,
+};
 pub use sequence::{Room, Sequence, load_sequence};
 pub use surface::{Surface, is_surface, load_surface};

@@ -28,6 +28,8 @@ pub struct Model {
     pub joints: Vec<Joint>,
     /// The node tree that clips animate, parents before children.
     pub nodes: Vec<Node>,
+    /// Chains of joints that the file marks as spines.
+    pub spines: Vec<Spine>,
     /// Animations.
     pub clips: Vec<Clip>,
     /// Extensions that the file uses.
@@ -69,6 +71,17 @@ pub struct Joint {
     pub parent: Option<usize>,
     /// Rest space → joint space; invertible and finite.
     pub inverse_bind: Mat4,
+}
+
+/// A chain of joints that bends by fleshing, marked by `dermis_spine` in the extras of its first joint's node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Spine {
+    /// Name of its first joint.
+    pub root: String,
+    /// Name of its last, the root or a descendant.
+    pub tip: String,
+    /// `radial`, `normal` or `binormal`: in which direction flesh gives way.
+    pub map: String,
 }
 
 /// A node of the file's tree with its own (unanimated) transform.

@@ -20,7 +20,8 @@ pub struct Options {
     pub magnitude: f32,
     /// Extra implicit primitives, such as muscles that swell with a joint's bend.
     pub primitives: Vec<Primitive>,
-    /// Chains of joints that bend by fleshing: tails, trunks, necks, tentacles.
+    /// Chains of joints that bend by fleshing: tails, trunks, necks, tentacles; in place of the file's own where both begin at the
+    /// same joint.
     pub spines: Vec<SpineChain>,
     /// Joint row of each row of the (subdivided) file, in place of the joint of greatest weight.
     pub part: Option<Vec<u16>>,

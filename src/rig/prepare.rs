@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    FileRows, Fleshing, Options, Primitive, Rig, Skeleton,
+    FileRows, Fleshing, Options, Primitive, Rig, Skeleton, SpineChain,
     archive::Prepared,
     cache::{self, Entry, Key},
     program::compose,
@@ -15,8 +15,9 @@ use super::{
 };
 use crate::{
     Error, Result,
-    asset::Model,
+    asset::{self, Model},
     field,
+    flesh::Map,
     mesh::{Mesh, Welded, mean_value, rings, weld},
     report::Progress,
 };
@@ -219,12 +220,16 @@ impl Base {
         let mut warnings = self.model.warnings;
         warnings.extend(p.warnings);
         let fleshing = Fleshing::new(
-            &options.spines,
+            &chains(&self.model.spines, &options.spines),
             &self.skeleton,
             &self.welded.mesh,
             &p.weights,
             &p.part,
         )?;
+        if fleshing.past_limit > 0 {
+            let (count, reason) = (fleshing.past_limit, "past the limit of their spine at rest");
+            warnings.push(format!("{count} vertices {reason} do not bend by fleshing"));
+        }
         let mut geometric = p.geometric;
         for place in fleshing.places.iter().filter(|place| place.weight == 1.0) {
             geometric[place.vertex as usize] = true;
@@ -259,6 +264,24 @@ impl Base {
         });
         Ok(rig)
     }
+}
+
+/// The user's spines, then the file's that begin elsewhere.
+fn chains(file: &[asset::Spine], user: &[SpineChain]) -> Vec<SpineChain> {
+    let own = file
+        .iter()
+        .filter(|s| user.iter().all(|u| u.root != s.root));
+    let named = |name: &str| match name {
+        "normal" => Map::Normal,
+        "binormal" => Map::Binormal,
+        _ => Map::Radial,
+    };
+    let own = own.map(|spine| SpineChain {
+        root: spine.root.clone(),
+        tip: spine.tip.clone(),
+        map: named(&spine.map),
+    });
+    user.iter().cloned().chain(own).collect()
 }
 
 /// Fits the fields to the mesh without its shells: an eye's back would dent the head's field.

@@ -15,6 +15,7 @@ mod names;
 mod rigid;
 mod schema;
 mod skeleton;
+mod spine;
 #[cfg(test)]
 mod tests;
 mod uri;
@@ -86,6 +87,7 @@ fn build(document: &Document) -> Checked<Model> {
         model.rigid.resize(model.positions.len(), 0.0);
     }
     model.warnings.extend(mended.warnings());
+    model.spines = spine::read(document, &skeleton)?;
     model.nodes = skeleton.nodes;
     model.joints = skeleton.joints;
     Ok(model)

@@ -17,6 +17,8 @@ enum Rule {
     /// One of these integers.
     Among(&'static [u64]),
     Flag,
+    /// Whatever the application put there.
+    Any,
     Text,
     /// One of these words.
     Word(&'static [&'static str]),
@@ -155,6 +157,7 @@ const NODES: Rule = Rule::Object(&[
     optional("translation", Rule::Numbers(3, FLOAT)),
     optional("rotation", Rule::Numbers(4, 2.0)),
     optional("scale", Rule::Numbers(3, FLOAT)),
+    optional("extras", Rule::Any),
 ]);
 
 const ANIMATION: Rule = Rule::Object(&[
@@ -223,6 +226,7 @@ impl Lengths {
                 }
                 Ok(number.into())
             }
+            Rule::Any => Ok(value),
             Rule::Flag if value.is_boolean() => Ok(value),
             Rule::Flag => refuse(at, "not a boolean"),
             Rule::Text if value.is_string() => Ok(value),

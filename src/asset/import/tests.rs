@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod rigid;
+mod spine;
 
 use std::path::Path;
 

@@ -75,6 +75,8 @@ pub struct Fleshing {
     pub chains: Vec<SpineChain>,
     /// Points of all spines, those of a spine together.
     pub points: Vec<SpinePoint>,
+    /// Vertices of the chains that are past the limit of their spine's map at rest: they follow the method.
+    pub past_limit: usize,
     /// Where the points of each spine begin, and the end of the last.
     pub offsets: Vec<u32>,
     /// Vertices that follow a spine, ascending.
@@ -114,8 +116,12 @@ impl Fleshing {
         let rows = (0..mesh.positions.len()).into_par_iter();
         let placed = rows.filter_map(|vertex| fleshing.place(vertex, &spines, mesh, weights));
         for (place, weights) in placed.collect::<Vec<_>>() {
-            fleshing.places.push(place);
-            fleshing.weights.extend(weights);
+            if place.weight > 0.0 {
+                fleshing.places.push(place);
+                fleshing.weights.extend(weights);
+            } else {
+                fleshing.past_limit += 1;
+            }
         }
         Ok(fleshing)
     }
@@ -140,7 +146,7 @@ impl Fleshing {
         place.weight = weight * place::trust(place.room);
         let single = |w: &[f64; 4]| w.map(|w| w as f32);
         let weights = foot.weights.iter().map(single).collect();
-        (place.weight > 0.0).then_some((place, weights))
+        Some((place, weights))
     }
 
     /// Points of a spine.

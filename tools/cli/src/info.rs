@@ -50,6 +50,7 @@ struct Info {
     joints: Vec<Joint>,
     clips: Vec<Clip>,
     extensions: Vec<String>,
+    spines: Vec<Spine>,
     primitives: Vec<Primitive>,
     warnings: Vec<String>,
 }
@@ -59,6 +60,13 @@ struct Primitive {
     name: String,
     joint: String,
     driver: String,
+}
+
+#[derive(Serialize)]
+struct Spine {
+    root: String,
+    tip: String,
+    map: String,
 }
 
 #[derive(Serialize)]
@@ -140,6 +148,7 @@ fn describe(model: &Model, primitives: &[rig::Primitive]) -> Info {
         joints: model.joints.iter().zip(owned).map(joint).collect(),
         clips: model.clips.iter().map(clip).collect(),
         extensions: model.extensions.clone(),
+        spines: model.spines.iter().map(spine).collect(),
         primitives: primitives.iter().map(primitive).collect(),
         warnings: model.warnings.clone(),
     }
@@ -150,6 +159,14 @@ fn primitive(primitive: &rig::Primitive) -> Primitive {
         name: primitive.name.clone(),
         joint: primitive.joint.clone(),
         driver: primitive.driver.clone(),
+    }
+}
+
+fn spine(spine: &asset::Spine) -> Spine {
+    Spine {
+        root: spine.root.clone(),
+        tip: spine.tip.clone(),
+        map: spine.map.clone(),
     }
 }
 
@@ -181,6 +198,12 @@ fn text(info: &Info, rig: Option<&Rig>) -> String {
     for clip in &info.clips {
         lines.push(format!("clip {:?}: {:.3} s", clip.name, clip.seconds));
     }
+    lines.extend(info.spines.iter().map(|s| {
+        format!(
+            "spine from {:?} to {:?}, {} map (dermis_spine)",
+            s.root, s.tip, s.map
+        )
+    }));
     lines.extend(info.primitives.iter().map(|p| {
         format!(
             "primitive {:?}: on {:?}, swells with {:?}",
