@@ -26,7 +26,7 @@ layout(push_constant) uniform Constants {
 
 #include "shared/carry.glsl"
 
-const float WHOLE_ROOM = 0.4; // of the way to the limit that is left; with less, skin goes back to the method's
+const float WHOLE_ROOM = 0.3; // of the way to the limit that is left; with less, skin goes back to the method's
 const float LEAST_ROOM = 1e-3; // of what is left towards the centre of curvature, in a normal
 
 vec3 spine_point(uint i) {

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Of the way to the limit that is left; with less, skin goes back to the method's.
-const WHOLE_ROOM: f64 = 0.4;
+const WHOLE_ROOM: f64 = 0.3;
 /// Of what is left towards the centre of curvature, in a normal.
 const LEAST_ROOM: f64 = 1e-3;
 

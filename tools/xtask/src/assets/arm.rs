@@ -11,9 +11,9 @@ use super::{
 };
 use crate::Result;
 
-const RADIUS: f64 = 0.05;
+pub(super) const RADIUS: f64 = 0.05;
 /// Each bone's length in metres.
-const LENGTH: f64 = 0.25;
+pub(super) const LENGTH: f64 = 0.25;
 /// Vertices around; a multiple of 4.
 const AROUND: u32 = 64;
 /// Steps along the straight part.
@@ -78,7 +78,7 @@ pub(crate) fn model() -> Result<Model> {
 }
 
 /// Rings around the x axis, closed by a disc of quads on either end.
-fn capsule() -> (Vec<DVec3>, Vec<[u32; 4]>) {
+pub(super) fn capsule() -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let mut positions = Vec::new();
     let mut faces = Vec::new();
     for ring in 0..=ALONG {

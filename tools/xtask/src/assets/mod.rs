@@ -13,6 +13,7 @@ mod motion;
 mod shape;
 mod stunts;
 mod surface;
+mod tail;
 mod weights;
 
 use std::fs;
@@ -25,10 +26,11 @@ use crate::{Result, root};
 type Maker = fn() -> Result<Model>;
 
 /// The characters by name.
-const CHARACTERS: [(&str, Maker); 3] = [
+const CHARACTERS: [(&str, Maker); 4] = [
     ("arm", arm::model),
     ("hand", hand::model),
     ("mannequin", mannequin::model),
+    ("tail", tail::model),
 ];
 
 /// Makes all characters, or those named; with `--check` compares what is there.

@@ -23,6 +23,7 @@ fn characters_have_the_size_they_promise() {
         ("arm", 6_500..7_500, 2),
         ("hand", 6_000..10_000, 16),
         ("mannequin", 14_000..16_000, 20),
+        ("tail", 6_500..7_500, 9),
     ];
     for (model, (name, vertices, joints)) in models().iter().zip(promised) {
         let count = model.positions.len();
