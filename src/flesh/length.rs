@@ -31,7 +31,8 @@ impl<'a> ArcLength<'a> {
         let breaks = path.breaks();
         let rough: f64 = breaks.windows(2).map(|b| gauss(path, b[0], b[1])).sum();
         if !(rough.is_finite() && rough > 0.0) {
-            return Err(Error::argument("length", "is zero or not finite"));
+            let reason = "the curve has no length, or one that is not finite";
+            return Err(Error::argument("points", reason));
         }
         let mut panels = vec![(breaks[0], 0.0)];
         for pair in breaks.windows(2) {
