@@ -49,7 +49,7 @@ impl SpineDesc {
 /// A curve by arc length `s`, from 0 to its length, with a frame across it.
 ///
 /// The curve is sampled at even steps of arc length, as fine as its tangents ask for, and is a quintic between samples that has
-/// their points, tangents and curvature vectors: twice continuously differentiable, and by arc length to about 1e-12. Its frame
+/// their points, tangents and curvature vectors: twice continuously differentiable, and by arc length to about 1e-12 (1e-8 where the curvature eases past an end). Its frame
 /// is carried along by double reflection (Wang et al. 2008), turned by the twist.
 ///
 /// Before 0 and past the length an open spine goes on: its curvature eases to zero within [`SpineDesc::ease`], then it is
@@ -73,6 +73,19 @@ pub struct Spine {
 struct Cell {
     curve: Quintic,
     side: Cubic,
+}
+
+/// A piece of a spine as plain numbers: polynomials of `u`, from 0 to 1 over a step of arc length, coefficients by rising power.
+///
+/// What [`Spine::section`] makes of them can be made anywhere: tangent and curvature vector are derivatives of the curve, the
+/// first frame vector is `side` without its part along the tangent, normalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct SpineCell {
+    /// Point on the curve.
+    pub curve: [[f64; 3]; 6],
+    /// First frame vector, nearly.
+    pub side: [[f64; 3]; 4],
 }
 
 /// A spine at one arc length: all that [`bend`](super::bend) asks of it.
@@ -197,6 +210,19 @@ impl Spine {
     /// Arc lengths where the sampled curve begins and ends; it is straight beyond.
     pub fn reach(&self) -> [f64; 2] {
         [self.begin, self.begin + self.step * self.cells.len() as f64]
+    }
+
+    /// Arc length of a cell.
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// All cells, from the first of [`Spine::reach`] to the second.
+    pub fn cells(&self) -> impl ExactSizeIterator<Item = SpineCell> {
+        self.cells.iter().map(|cell| SpineCell {
+            curve: cell.curve.0.map(|c| c.to_array()),
+            side: cell.side.0.map(|c| c.to_array()),
+        })
     }
 
     /// The cell, the share of it, and how far an arc length is past its end.

@@ -242,3 +242,44 @@ fn curves_that_are_none_are_refused_by_name() {
             .starts_with("ease")
     );
 }
+
+/// What a shader would make of the cells is the section.
+#[test]
+fn cells_are_all_that_a_section_needs() {
+    for (name, curve) in curves() {
+        let spine = Spine::new(&SpineDesc::new(curve)).unwrap();
+        let cells: Vec<SpineCell> = spine.cells().collect();
+        let [begin, end] = spine.reach();
+        assert!((begin + spine.step() * cells.len() as f64 - end).abs() < 1e-12);
+        for i in 0..50 {
+            let s = begin + (end - begin) * (f64::from(i) + 0.5) / 50.0;
+            let row = ((s - begin) / spine.step()) as usize;
+            let u = (s - begin) / spine.step() - row as f64;
+            let value = |rows: &[[f64; 3]], order: i32| {
+                let term = |(power, row): (usize, &[f64; 3])| {
+                    let power = power as i32;
+                    let factor: f64 = (0..order).map(|k| f64::from(power - k)).product();
+                    match power >= order {
+                        true => factor * u.powi(power - order) * DVec3::from_array(*row),
+                        false => DVec3::ZERO,
+                    }
+                };
+                rows.iter().enumerate().map(term).sum::<DVec3>() / spine.step().powi(order)
+            };
+            let (cell, section) = (&cells[row], spine.section(s));
+            let tangent = value(&cell.curve, 1).normalize();
+            let side = value(&cell.side, 0).reject_from_normalized(tangent);
+            let curvature = value(&cell.curve, 2);
+            assert!(
+                value(&cell.curve, 0).distance(section.position) < 1e-12,
+                "{name}"
+            );
+            assert!(tangent.distance(section.tangent) < 1e-12);
+            assert!(side.normalize().distance(section.side) < 1e-12);
+            let plane = glam::DVec2::new(curvature.dot(section.side), curvature.dot(section.lift));
+            let near = plane.distance(section.curvature);
+            // The curve's speed, which the section divides by, is 1 to about 1e-9 where few cells ease the curvature.
+            assert!(near < 1e-8 * (1.0 + plane.length()), "{name} {near:e}");
+        }
+    }
+}

@@ -400,6 +400,11 @@ fn rows_that_are_not_finite_are_named() {
     let points = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 0.0)];
     let error = register(&rest, Map::Radial, &points, &[]).unwrap_err();
     assert_eq!(error.to_string(), "positions/1: is not finite");
+    let far = [DVec3::splat(1e149), DVec3::splat(-1e200)];
+    let error = register(&rest, Map::Radial, &far, &[]).unwrap_err();
+    assert_eq!(error.to_string(), "positions/1: is too far away");
+    let bent = spine(helix());
+    assert!(image(&far[..1], &rest, &bent, Map::Radial).positions[0].is_finite());
     let error = register(&rest, Map::Radial, &points[..1], &points).unwrap_err();
     assert!(error.to_string().starts_with("normals: 2 for 1"));
     let registered = register(&rest, Map::Radial, &[], &[]).unwrap();

@@ -392,6 +392,33 @@ fn a_mask_of_joints_leaves_the_rest() {
 }
 
 #[test]
+fn a_picture_shows_all_maps() {
+    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
+        eprintln!("skipped: DERMIS_NO_GPU=1");
+        return;
+    }
+    let bench = Bench::new();
+    let picture = bench.text("out.png");
+    good(&bench.args(
+        "out.obj",
+        &[
+            "--picture",
+            &picture,
+            "--view",
+            "front",
+            "--size",
+            "64x48",
+            "--validation",
+        ],
+    ));
+    let bytes = fs::read(&picture).unwrap();
+    assert!(bytes.starts_with(b"\x89PNG"));
+    // The header's width: five parts.
+    let width = u32::from_be_bytes(bytes[16..20].try_into().unwrap());
+    assert!(width > 5 * 64, "{width}");
+}
+
+#[test]
 fn models_keep_their_volume() {
     let Some(bunny) = data("static/libigl-tutorial/bunny.off") else {
         return;
