@@ -65,10 +65,15 @@ impl<'a> ArcLength<'a> {
             return Err(Error::argument("points", reason));
         }
         let tangent = jet.first / speed;
+        let curvature = jet.second.reject_from_normalized(tangent) / (speed * speed);
+        if !(jet.point.is_finite() && curvature.is_finite()) {
+            let reason = format!("the curve is not finite at length {s}");
+            return Err(Error::argument("points", reason));
+        }
         Ok(Jet {
             point: jet.point,
             first: tangent,
-            second: jet.second.reject_from_normalized(tangent) / (speed * speed),
+            second: curvature,
         })
     }
 

@@ -13,9 +13,11 @@ use super::{
 use crate::{Error, Result};
 
 /// Fewest and most cells of a spine between its ends.
-const CELLS: std::ops::RangeInclusive<usize> = 64..=4096;
+const CELLS: std::ops::RangeInclusive<usize> = 64..=8192;
 /// Cells are halved until tangents in their middles are this exact.
 const EXACT: f64 = 1e-10;
+/// Curves whose tangents the finest cells but one miss by more turn too sharply.
+const ROUGH: f64 = 1e-3;
 /// Most that curvature may need past an end to ease to zero, in shares of the length.
 const EASE: f64 = 0.125;
 
@@ -323,11 +325,13 @@ fn samples(arc: &ArcLength<'_>) -> Result<(Vec<Jet>, usize)> {
             .map(|i| at(2 * i + 1, 2 * cells))
             .collect::<Result<Vec<_>>>()?;
         let step = length / cells as f64;
-        let exact = |(pair, middle): (&[Jet], &Jet)| {
+        let miss = |(pair, middle): (&[Jet], &Jet)| {
             let (jet, _) = Quintic::new(&pair[0], &pair[1], step).at(0.5, step);
-            jet.first.distance(middle.first) < EXACT
+            jet.first.distance(middle.first)
         };
-        let done = samples.windows(2).zip(&middles).all(exact);
+        let worst = samples.windows(2).zip(&middles).map(miss);
+        // What is no number stays.
+        let worst = worst.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
         let last = samples[cells];
         samples = samples
             .iter()
@@ -336,8 +340,15 @@ fn samples(arc: &ArcLength<'_>) -> Result<(Vec<Jet>, usize)> {
             .chain([last])
             .collect();
         cells *= 2;
-        if done || cells >= *CELLS.end() {
+        if worst < EXACT {
             return Ok((samples, cells));
+        }
+        if cells >= *CELLS.end() {
+            let reason = format!("the curve turns too sharply or too often for {cells} samples");
+            return match worst < ROUGH {
+                true => Ok((samples, cells)),
+                false => Err(Error::argument("points", reason)),
+            };
         }
     }
 }

@@ -283,3 +283,65 @@ fn cells_are_all_that_a_section_needs() {
         }
     }
 }
+
+/// Extreme numbers: a spine that is finite everywhere, or a refusal; never a panic, a NaN or an endless loop.
+#[test]
+fn extreme_curves_are_finite_or_refused() {
+    let sizes = [1e-300, 1e-160, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e160, 1e300];
+    let check = |curve: Curve| {
+        let Ok(spine) = Spine::new(&SpineDesc::new(curve.clone())) else {
+            return false;
+        };
+        for share in [-2.0, -0.06, 0.0, 0.37, 1.0, 1.1, 5.0] {
+            let section = spine.section(share * spine.length());
+            let vectors = [
+                section.position,
+                section.tangent,
+                section.side,
+                section.lift,
+            ];
+            assert!(
+                vectors.iter().all(|v| v.is_finite()),
+                "{curve:?} {section:?}"
+            );
+            assert!(section.curvature.is_finite(), "{curve:?} {section:?}");
+            let found = spine.closest(section.position);
+            assert!(
+                found.arc.is_finite() && found.distance.is_finite(),
+                "{curve:?}"
+            );
+        }
+        true
+    };
+    let mut fine = 0;
+    for radius in sizes {
+        for length in sizes {
+            for pitch in [0.0, 1e-300, 1.0, 1e300] {
+                let round = Round {
+                    radius,
+                    length,
+                    ..round()
+                };
+                fine += u32::from(check(Curve::Helix { round, pitch }));
+                fine += u32::from(check(Curve::Arc(round)));
+            }
+        }
+        for points in [wave(7, false), wave(7, true)] {
+            let points: Vec<DVec3> = points.iter().map(|p| radius * *p).collect();
+            fine += u32::from(check(Curve::Polynomial(points.clone())));
+            fine += u32::from(check(Curve::BSpline(points.clone())));
+            fine += u32::from(check(Curve::Polyline(points)));
+        }
+    }
+    assert!(fine > 100, "{fine}");
+    // Noise that no smooth curve follows, and more turns than samples.
+    let noise = |i: u32| DVec3::new(f64::from(i), (f64::from(i) * 12.9898).sin() * 50.0, 0.0);
+    check(Curve::Polyline((0..20_000).map(noise).collect()));
+    let round = Round {
+        radius: 1e-3,
+        length: 1e3,
+        ..round()
+    };
+    let wound = Spine::new(&SpineDesc::new(Curve::Helix { round, pitch: 1e-3 }));
+    assert!(wound.unwrap_err().to_string().contains("too often"));
+}
