@@ -2,7 +2,7 @@
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
  * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
- * fields: matrices of the joints go in, positions and normals come out.
+ * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, without any of these.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.
@@ -125,6 +125,38 @@
 
 /* Method: iso-surface tracking (Vaillant et al. 2014), from the skin of the pose before. */
 #define DM_TRACKING 3
+
+/* Map of fleshing: flesh gives way from and to the spine. */
+#define DM_MAP_RADIAL 0
+
+/* Map of fleshing: flesh gives way in the plane of the bend. */
+#define DM_MAP_NORMAL 1
+
+/* Map of fleshing: flesh gives way across the plane of the bend. */
+#define DM_MAP_BINORMAL 2
+
+
+
+
+
+
+
+
+
+/* Kind of a spine: the polynomial through 2 to 16 points. */
+#define DM_SPINE_POLYNOMIAL 0
+
+/* Kind of a spine: the quintic B-spline through its points; a last point that repeats the first closes it. */
+#define DM_SPINE_BSPLINE 1
+
+/* Kind of a spine: a smooth curve through densely given points; a last point that repeats the first closes it. */
+#define DM_SPINE_POLYLINE 2
+
+/* Kind of a spine: a circular arc; a full circle is closed. */
+#define DM_SPINE_ARC 3
+
+/* Kind of a spine: a helix. */
+#define DM_SPINE_HELIX 4
 
 /*
  What a function returns; every function but dm_api_version and dm_last_error has one.
@@ -687,6 +719,130 @@ typedef struct dm_pass_timing {
 
 /* Receives one pass of dm_deformer_passes: the user pointer and when it ran, valid during the call only. */
 typedef void (*dm_pass_report)(void *user, const struct dm_pass_timing *pass);
+
+/* A curve that meshes are bent along; immutable, and independent of contexts. Zero is no spine. */
+typedef struct dm_spine {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_spine;
+
+/* Points to be registered on a spine. */
+typedef struct dm_flesh_desc {
+    /* sizeof(dm_flesh_desc). */
+    uint32_t size;
+    /* DM_MAP_RADIAL, DM_MAP_NORMAL or DM_MAP_BINORMAL. */
+    uint32_t map;
+    /* Number of vertices. */
+    uint32_t vertices;
+    /* Zero. */
+    uint32_t reserved;
+    /* 3 numbers a vertex. */
+    const float *positions;
+    /* 3 numbers a vertex, of any length; NULL where normals are not wanted. */
+    const float *normals;
+} dm_flesh_desc;
+
+/* Vertices registered on a spine, to be bent with it. Zero is none. */
+typedef struct dm_flesh {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_flesh;
+
+/* How registered vertices follow a bent spine. */
+typedef struct dm_flesh_options {
+    /* sizeof(dm_flesh_options). */
+    uint32_t size;
+    /* Not 0: the rest spine's length is fitted to the bent one's; 0: arc length is kept. */
+    uint32_t stretch;
+    /* From 0, plain skinning, to 1. */
+    double strength;
+    /* From 0, starts aligned, to 1, ends aligned. */
+    double slide;
+} dm_flesh_options;
+
+/* Arrays that bent vertices are written to; those that are NULL are left out. */
+typedef struct dm_bent {
+    /* sizeof(dm_bent). */
+    uint32_t size;
+    /* Rows that each array has, as many as were registered. */
+    uint32_t vertices;
+    /* 3 numbers a vertex. */
+    float *positions;
+    /* 3 numbers a vertex, unit; NULL where no normals were registered. */
+    float *normals;
+    /* Distance to the nearest limit of the map, in units of the mesh: negative past it, infinite where both spines are straight. */
+    float *distances;
+    /* DM_FLESH_… a vertex. */
+    uint32_t *flags;
+} dm_bent;
+
+/* What a spine is made of. Zeros are the defaults of all that a kind does not ask for. */
+typedef struct dm_spine_desc {
+    /* sizeof(dm_spine_desc). */
+    uint32_t size;
+    /* DM_SPINE_POLYNOMIAL, DM_SPINE_BSPLINE, DM_SPINE_POLYLINE, DM_SPINE_ARC or DM_SPINE_HELIX. */
+    uint32_t kind;
+    /* Number of points, of the first three kinds. */
+    uint32_t point_count;
+    /* Number of pairs in twist_profile. */
+    uint32_t profile_count;
+    /* 3 numbers a point; not read of arcs and helices. */
+    const double *points;
+    /* First point of an arc or helix. */
+    double start[3];
+    /* Direction there. */
+    double tangent[3];
+    /* From there to the centre or the axis; what it has along the tangent is left out. */
+    double normal[3];
+    /* Distance to the centre or the axis. */
+    double radius;
+    /* Length along an arc or helix. */
+    double length;
+    /* Rise of a turn of a helix along its axis; right-handed above 0. */
+    double pitch;
+    /*
+     Where the first frame vector points at the start, as far as it is across the spine; zeros: as at the rest spine, turned the
+     shortest way, or without one +z, or +y where the spine starts along z.
+     */
+    double up[3];
+    /* Turn of the frame about the spine, degrees. */
+    double twist_degrees;
+    /* More of it along the spine: pairs of a rising share of the length, 0 to 1, and degrees; not read without. */
+    const double *twist_profile;
+    /*
+     How far past either end curvature takes to ease to zero, as a share of the length, up to 1/8, which 0 stands for; below 0
+     the spine is straight from its ends on.
+     */
+    double ease;
+} dm_spine_desc;
+
+/* Numbers of a spine. */
+typedef struct dm_spine_info {
+    /* sizeof(dm_spine_info), set by the caller. */
+    uint32_t size;
+    /* 1 where the end is the start. */
+    uint32_t closed;
+    /* Arc length. */
+    double length;
+} dm_spine_info;
+
+/* A spine at one arc length. */
+typedef struct dm_spine_section {
+    /* sizeof(dm_spine_section), set by the caller. */
+    uint32_t size;
+    /* Zero. */
+    uint32_t reserved;
+    /* Point on the curve. */
+    double position[3];
+    /* Unit tangent. */
+    double tangent[3];
+    /* First frame vector, across the tangent. */
+    double side[3];
+    /* Second frame vector, tangent × side. */
+    double lift[3];
+    /* Curvature vector, to the centre of curvature, along side and lift. */
+    double curvature[2];
+} dm_spine_section;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1328,6 +1484,117 @@ dm_result dm_deformer_passes(struct dm_deformer deformer,
  out is NULL or valid.
  */
 dm_result dm_settings_default(struct dm_settings *out);
+
+/*
+ Registers vertices on a rest spine, once for all ways to bend it.
+
+ desc: copied with its arrays. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any; works on all cores.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT naming the row that is not finite, or
+ the member that is out of range.
+
+ Pointers:
+ desc is NULL or valid with its arrays, each as long as it says; out is NULL or valid.
+ */
+dm_result dm_flesh_create(struct dm_spine rest,
+                          const struct dm_flesh_desc *desc,
+                          struct dm_flesh *out);
+
+/*
+ Destroys registered vertices.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there are no such (any more).
+ */
+dm_result dm_flesh_destroy(struct dm_flesh flesh);
+
+/*
+ Bends registered vertices to another spine.
+
+ options: NULL for full strength, no slide and no stretch. out: its arrays are filled.
+
+ Threads: any; works on all cores. Allocates at the first call only.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE where out has another number of rows;
+ DM_ERROR_ARGUMENT for options out of range, normals where none were registered, or closed spines that do not fit.
+
+ Pointers:
+ options is NULL or valid; out is NULL or valid, and each of its arrays is NULL or has as many rows as it says.
+ */
+dm_result dm_flesh_bend(struct dm_flesh flesh,
+                        struct dm_spine bent,
+                        const struct dm_flesh_options *options,
+                        const struct dm_bent *out);
+
+/*
+ Prepares a spine.
+
+ desc: copied with its arrays. rest: the spine that this one is a bend of, from which it takes its frame where desc has no up;
+ zero for none. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any; takes up to some milliseconds.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT naming what is not finite, has no length
+ or no direction, or is out of range.
+
+ Pointers:
+ desc is NULL or valid with its arrays, each as long as its numbers say; out is NULL or valid.
+ */
+dm_result dm_spine_create(const struct dm_spine_desc *desc,
+                          struct dm_spine rest,
+                          struct dm_spine *out);
+
+/*
+ Reads a spine from a JSON file, as `dermis flesh` does, and prepares it.
+
+ path: UTF-8. rest: as for dm_spine_create. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any; takes up to some milliseconds.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where path is not UTF-8; DM_ERROR_FILE naming the file and the
+ key that is unknown, missing or wrong.
+
+ Pointers:
+ path is NULL or text that ends with zero; out is NULL or valid.
+ */
+dm_result dm_spine_load(const char *path,
+                        struct dm_spine rest,
+                        struct dm_spine *out);
+
+/*
+ Destroys a spine. What was registered on it stays usable.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there is no such spine (any more).
+ */
+dm_result dm_spine_destroy(struct dm_spine spine);
+
+/*
+ Tells the numbers of a spine.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE or DM_ERROR_HANDLE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_spine_get_info(struct dm_spine spine, struct dm_spine_info *out);
+
+/*
+ Tells point, frame and curvature of a spine at an arc length, which may lie past its ends.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the arc length is not
+ finite.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_spine_at(struct dm_spine spine,
+                      double arc_length,
+                      struct dm_spine_section *out);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -30,14 +30,13 @@ fn main() -> dermis::Result<()> {
         DVec3::new(t, 0.6 * t.sin(), 0.3 * (1.7 * t).cos())
     };
     let spline = Curve::BSpline((0..10).map(at).collect());
-    let rest = Spine::new(&SpineDesc::new(spline))?;
     let begin = Instant::now();
+    let rest = Spine::new(&SpineDesc::new(spline))?;
+    let middle = Instant::now();
     let helix = Curve::Helix { round, pitch: 3.0 };
     let bent = Spine::like(&SpineDesc::new(helix), &rest)?;
-    println!(
-        "preparing a spine: {:.2} ms",
-        1e3 * begin.elapsed().as_secs_f64()
-    );
+    let ms = [middle - begin, middle.elapsed()].map(|t| 1e3 * t.as_secs_f64());
+    println!("preparing the spines: {:.2} and {:.2} ms", ms[0], ms[1]);
     let point = |i: usize| {
         let share = (i as f64 + 0.5) / count as f64;
         let angle = DVec2::from_angle(2.4 * i as f64);

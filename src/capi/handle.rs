@@ -6,8 +6,10 @@ use super::{
     context::Context,
     deformer::Instance,
     embed::HostOutput,
+    flesh::Fleshed,
     guard::{Fault, Outcome, dm_result},
     rig::Character,
+    spine::SharedSpine,
 };
 
 /// A device, or the CPU in its place. Zero is no context.
@@ -42,6 +44,22 @@ pub struct dm_output {
     pub id: u64,
 }
 
+/// A curve that meshes are bent along; immutable, and independent of contexts. Zero is no spine.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_spine {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
+/// Vertices registered on a spine, to be bent with it. Zero is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_flesh {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
 type Shared<T> = Arc<Mutex<T>>;
 
 /// What a handle stands for.
@@ -51,6 +69,8 @@ pub(super) enum Object {
     Rig(Shared<Character>),
     Deformer(Shared<Instance>),
     Output(Shared<HostOutput>),
+    Spine(Shared<SharedSpine>),
+    Flesh(Shared<Fleshed>),
 }
 
 /// A typed handle.
@@ -101,6 +121,8 @@ handle!(dm_context, Context, Context, 1);
 handle!(dm_rig, Character, Rig, 2);
 handle!(dm_deformer, Instance, Deformer, 3);
 handle!(dm_output, HostOutput, Output, 4);
+handle!(dm_spine, SharedSpine, Spine, 5);
+handle!(dm_flesh, Fleshed, Flesh, 6);
 
 /// A row of the table.
 struct Slot {

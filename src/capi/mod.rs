@@ -1,4 +1,4 @@
-//! The C interface, `include/dermis.h`: contexts, rigs and deformers behind handles, with error codes.
+//! The C interface, `include/dermis.h`: contexts, rigs, deformers and spines behind handles, with error codes.
 //!
 //! `tools/libdermis` makes the C library of it; `cargo xtask header` writes the header, in which the documentation of these
 //! items is the manual. Only the public side of the crate is used here.
@@ -28,6 +28,9 @@ mod embed;
 mod report;
 mod settings;
 
+mod flesh;
+mod spine;
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod panic_tests;
@@ -36,6 +39,7 @@ pub use context::*;
 pub use deformer::*;
 pub use devices::*;
 pub use embed::*;
+pub use flesh::*;
 pub use guard::*;
 pub use handle::*;
 pub use log::*;
@@ -46,6 +50,7 @@ pub use rig::*;
 pub use settings::*;
 pub use shapes::*;
 pub use skeleton::*;
+pub use spine::*;
 pub use vulkan::*;
 
 /// Version of this interface; dm_context_desc has the one that a program was compiled with.

@@ -31,7 +31,8 @@ impl<'a> ArcLength<'a> {
         let breaks = path.breaks();
         let rough: f64 = breaks.windows(2).map(|b| gauss(path, b[0], b[1])).sum();
         if !(rough.is_finite() && rough > 0.0) {
-            return Err(Error::argument("length", "is zero or not finite"));
+            let reason = "the curve has no length, or one that is not finite";
+            return Err(Error::argument("points", reason));
         }
         let mut panels = vec![(breaks[0], 0.0)];
         for pair in breaks.windows(2) {
@@ -64,10 +65,15 @@ impl<'a> ArcLength<'a> {
             return Err(Error::argument("points", reason));
         }
         let tangent = jet.first / speed;
+        let curvature = jet.second.reject_from_normalized(tangent) / (speed * speed);
+        if !(jet.point.is_finite() && curvature.is_finite()) {
+            let reason = format!("the curve is not finite at length {s}");
+            return Err(Error::argument("points", reason));
+        }
         Ok(Jet {
             point: jet.point,
             first: tangent,
-            second: jet.second.reject_from_normalized(tangent) / (speed * speed),
+            second: curvature,
         })
     }
 

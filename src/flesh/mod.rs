@@ -56,5 +56,5 @@ pub use register::{
     register,
 };
 pub use search::Closest;
-pub use spine::{Section, Spine, SpineDesc};
+pub use spine::{Section, Spine, SpineCell, SpineDesc};
 pub use twist::Twist;

@@ -72,7 +72,7 @@ pub struct Registration {
 /// Registers points, and their normals where there are any (as many or none), on a spine.
 ///
 /// # Errors
-/// [`Error::Argument`] naming the row of a point or normal that is not finite, or where there is another number of normals.
+/// [`Error::Argument`] naming the row of a point or normal that is not finite or beyond 1e150, or where there is another number of normals.
 pub fn register(
     spine: &Spine,
     map: Map,
@@ -121,9 +121,19 @@ pub fn register(
     })
 }
 
+/// Coordinates whose squares are numbers.
+const FAR: f64 = 1e150;
+
 fn finite(rows: &[DVec3], name: &str) -> Result<()> {
-    match rows.par_iter().position_first(|p| !p.is_finite()) {
-        Some(row) => Err(Error::argument(format!("{name}/{row}"), "is not finite")),
+    let wrong = |p: &DVec3| !p.abs().cmple(DVec3::splat(FAR)).all();
+    match rows.par_iter().position_first(wrong) {
+        Some(row) => {
+            let reason = match rows[row].is_finite() {
+                true => "is too far away",
+                false => "is not finite",
+            };
+            Err(Error::argument(format!("{name}/{row}"), reason))
+        }
         None => Ok(()),
     }
 }

@@ -13,9 +13,11 @@ use super::{
 use crate::{Error, Result};
 
 /// Fewest and most cells of a spine between its ends.
-const CELLS: std::ops::RangeInclusive<usize> = 64..=4096;
+const CELLS: std::ops::RangeInclusive<usize> = 64..=8192;
 /// Cells are halved until tangents in their middles are this exact.
 const EXACT: f64 = 1e-10;
+/// Curves whose tangents the finest cells but one miss by more turn too sharply.
+const ROUGH: f64 = 1e-3;
 /// Most that curvature may need past an end to ease to zero, in shares of the length.
 const EASE: f64 = 0.125;
 
@@ -49,7 +51,7 @@ impl SpineDesc {
 /// A curve by arc length `s`, from 0 to its length, with a frame across it.
 ///
 /// The curve is sampled at even steps of arc length, as fine as its tangents ask for, and is a quintic between samples that has
-/// their points, tangents and curvature vectors: twice continuously differentiable, and by arc length to about 1e-12. Its frame
+/// their points, tangents and curvature vectors: twice continuously differentiable, and by arc length to about 1e-12 (1e-8 where the curvature eases past an end). Its frame
 /// is carried along by double reflection (Wang et al. 2008), turned by the twist.
 ///
 /// Before 0 and past the length an open spine goes on: its curvature eases to zero within [`SpineDesc::ease`], then it is
@@ -73,6 +75,19 @@ pub struct Spine {
 struct Cell {
     curve: Quintic,
     side: Cubic,
+}
+
+/// A piece of a spine as plain numbers: polynomials of `u`, from 0 to 1 over a step of arc length, coefficients by rising power.
+///
+/// What [`Spine::section`] makes of them can be made anywhere: tangent and curvature vector are derivatives of the curve, the
+/// first frame vector is `side` without its part along the tangent, normalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct SpineCell {
+    /// Point on the curve.
+    pub curve: [[f64; 3]; 6],
+    /// First frame vector, nearly.
+    pub side: [[f64; 3]; 4],
 }
 
 /// A spine at one arc length: all that [`bend`](super::bend) asks of it.
@@ -199,6 +214,19 @@ impl Spine {
         [self.begin, self.begin + self.step * self.cells.len() as f64]
     }
 
+    /// Arc length of a cell.
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// All cells, from the first of [`Spine::reach`] to the second.
+    pub fn cells(&self) -> impl ExactSizeIterator<Item = SpineCell> {
+        self.cells.iter().map(|cell| SpineCell {
+            curve: cell.curve.0.map(|c| c.to_array()),
+            side: cell.side.0.map(|c| c.to_array()),
+        })
+    }
+
     /// The cell, the share of it, and how far an arc length is past its end.
     #[inline]
     fn locate(&self, s: f64) -> (&Cell, f64, f64) {
@@ -297,11 +325,13 @@ fn samples(arc: &ArcLength<'_>) -> Result<(Vec<Jet>, usize)> {
             .map(|i| at(2 * i + 1, 2 * cells))
             .collect::<Result<Vec<_>>>()?;
         let step = length / cells as f64;
-        let exact = |(pair, middle): (&[Jet], &Jet)| {
+        let miss = |(pair, middle): (&[Jet], &Jet)| {
             let (jet, _) = Quintic::new(&pair[0], &pair[1], step).at(0.5, step);
-            jet.first.distance(middle.first) < EXACT
+            jet.first.distance(middle.first)
         };
-        let done = samples.windows(2).zip(&middles).all(exact);
+        let worst = samples.windows(2).zip(&middles).map(miss);
+        // What is no number stays.
+        let worst = worst.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
         let last = samples[cells];
         samples = samples
             .iter()
@@ -310,8 +340,15 @@ fn samples(arc: &ArcLength<'_>) -> Result<(Vec<Jet>, usize)> {
             .chain([last])
             .collect();
         cells *= 2;
-        if done || cells >= *CELLS.end() {
+        if worst < EXACT {
             return Ok((samples, cells));
+        }
+        if cells >= *CELLS.end() {
+            let reason = format!("the curve turns too sharply or too often for {cells} samples");
+            return match worst < ROUGH {
+                true => Ok((samples, cells)),
+                false => Err(Error::argument("points", reason)),
+            };
         }
     }
 }

@@ -242,3 +242,106 @@ fn curves_that_are_none_are_refused_by_name() {
             .starts_with("ease")
     );
 }
+
+/// What a shader would make of the cells is the section.
+#[test]
+fn cells_are_all_that_a_section_needs() {
+    for (name, curve) in curves() {
+        let spine = Spine::new(&SpineDesc::new(curve)).unwrap();
+        let cells: Vec<SpineCell> = spine.cells().collect();
+        let [begin, end] = spine.reach();
+        assert!((begin + spine.step() * cells.len() as f64 - end).abs() < 1e-12);
+        for i in 0..50 {
+            let s = begin + (end - begin) * (f64::from(i) + 0.5) / 50.0;
+            let row = ((s - begin) / spine.step()) as usize;
+            let u = (s - begin) / spine.step() - row as f64;
+            let value = |rows: &[[f64; 3]], order: i32| {
+                let term = |(power, row): (usize, &[f64; 3])| {
+                    let power = power as i32;
+                    let factor: f64 = (0..order).map(|k| f64::from(power - k)).product();
+                    match power >= order {
+                        true => factor * u.powi(power - order) * DVec3::from_array(*row),
+                        false => DVec3::ZERO,
+                    }
+                };
+                rows.iter().enumerate().map(term).sum::<DVec3>() / spine.step().powi(order)
+            };
+            let (cell, section) = (&cells[row], spine.section(s));
+            let tangent = value(&cell.curve, 1).normalize();
+            let side = value(&cell.side, 0).reject_from_normalized(tangent);
+            let curvature = value(&cell.curve, 2);
+            assert!(
+                value(&cell.curve, 0).distance(section.position) < 1e-12,
+                "{name}"
+            );
+            assert!(tangent.distance(section.tangent) < 1e-12);
+            assert!(side.normalize().distance(section.side) < 1e-12);
+            let plane = glam::DVec2::new(curvature.dot(section.side), curvature.dot(section.lift));
+            let near = plane.distance(section.curvature);
+            // The curve's speed, which the section divides by, is 1 to about 1e-9 where few cells ease the curvature.
+            assert!(near < 1e-8 * (1.0 + plane.length()), "{name} {near:e}");
+        }
+    }
+}
+
+/// Extreme numbers: a spine that is finite everywhere, or a refusal; never a panic, a NaN or an endless loop.
+#[test]
+fn extreme_curves_are_finite_or_refused() {
+    let sizes = [1e-300, 1e-160, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e160, 1e300];
+    let check = |curve: Curve| {
+        let Ok(spine) = Spine::new(&SpineDesc::new(curve.clone())) else {
+            return false;
+        };
+        for share in [-2.0, -0.06, 0.0, 0.37, 1.0, 1.1, 5.0] {
+            let section = spine.section(share * spine.length());
+            let vectors = [
+                section.position,
+                section.tangent,
+                section.side,
+                section.lift,
+            ];
+            assert!(
+                vectors.iter().all(|v| v.is_finite()),
+                "{curve:?} {section:?}"
+            );
+            assert!(section.curvature.is_finite(), "{curve:?} {section:?}");
+            let found = spine.closest(section.position);
+            assert!(
+                found.arc.is_finite() && found.distance.is_finite(),
+                "{curve:?}"
+            );
+        }
+        true
+    };
+    let mut fine = 0;
+    for radius in sizes {
+        for length in sizes {
+            for pitch in [0.0, 1e-300, 1.0, 1e300] {
+                let round = Round {
+                    radius,
+                    length,
+                    ..round()
+                };
+                fine += u32::from(check(Curve::Helix { round, pitch }));
+                fine += u32::from(check(Curve::Arc(round)));
+            }
+        }
+        for points in [wave(7, false), wave(7, true)] {
+            let points: Vec<DVec3> = points.iter().map(|p| radius * *p).collect();
+            fine += u32::from(check(Curve::Polynomial(points.clone())));
+            fine += u32::from(check(Curve::BSpline(points.clone())));
+            fine += u32::from(check(Curve::Polyline(points)));
+        }
+    }
+    assert!(fine > 100, "{fine}");
+    // Noise that no smooth curve follows, and more turns than samples.
+    let noise = |i: u32| DVec3::new(f64::from(i), (f64::from(i) * 12.9898).sin() * 50.0, 0.0);
+    check(Curve::Polyline((0..20_000).map(noise).collect()));
+    let round = Round {
+        radius: 1e-3,
+        length: 1e3,
+        ..round()
+    };
+    let wound = Spine::new(&SpineDesc::new(Curve::Helix { round, pitch: 1e-3 }));
+    assert!(wound.unwrap_err().to_string().contains("too often"));
+}

@@ -17,6 +17,8 @@ use round::Helix;
 const POLYNOMIAL_POINTS: usize = 16;
 /// Most points of all other curves.
 const POINTS: usize = 100_000;
+/// Lengths whose squares are numbers.
+const LENGTHS: std::ops::Range<f64> = 1e-140..1e140;
 /// Points of which the first is this near to the last, in shares of the length, make a ring.
 const CLOSED: f64 = 1e-9;
 
@@ -117,10 +119,20 @@ fn check(points: &[DVec3], most: usize, advice: &str) -> Result<()> {
         return Err(Error::argument("points", reason));
     }
     finite(points)?;
-    match points.windows(2).position(|p| p[0] == p[1]) {
+    if let Some(row) = points.windows(2).position(|p| p[0] == p[1]) {
+        let reason = "is the same as the point before it";
+        return Err(Error::argument(format!("points/{}", row + 1), reason));
+    }
+    let chords = chords(points);
+    let length = chords[chords.len() - 1];
+    if !LENGTHS.contains(&length) {
+        let reason = format!("the curve is {length} long, which cannot be used");
+        return Err(Error::argument("points", reason));
+    }
+    match chords.windows(2).position(|c| c[1] <= c[0]) {
         Some(row) => Err(Error::argument(
             format!("points/{}", row + 1),
-            "is the same as the point before it",
+            "is too close to the point before it",
         )),
         None => Ok(()),
     }

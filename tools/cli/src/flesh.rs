@@ -10,7 +10,7 @@ mod summary;
 use std::{ops::RangeInclusive, path::PathBuf};
 
 use clap::ValueEnum;
-use dermis::{Error, Result, flesh::Map};
+use dermis::{Error, Result, flesh::Map, render::View};
 
 use crate::{
     console::{self, Console},
@@ -21,7 +21,7 @@ use crate::{
         shape::Shape,
         summary::Report,
     },
-    options::{DeviceOptions, ReportOptions},
+    options::ReportOptions,
     output::Partial,
     parse,
 };
@@ -81,14 +81,26 @@ pub(crate) struct Args {
     /// Measure volumes: of the mesh, of tetrahedra along its surface, and of clouds of cubes, against plain skinning.
     #[arg(long)]
     report: bool,
-    /// Draw the mesh before, bent by plain skinning, and bent by the map, side by side.
+    /// Draw the mesh before, bent by plain skinning, and bent by each map, side by side.
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
+    /// Where --picture sees it from: front, side, top or three-quarter.
+    #[arg(
+        long,
+        default_value = "three-quarter",
+        value_name = "VIEW",
+        requires = "picture"
+    )]
+    view: View,
+    /// Size of each part of --picture in pixels.
+    #[arg(long, default_value = "400x400", value_name = "WxH", value_parser = parse::size, requires = "picture")]
+    size: (u32, u32),
     /// Write into a folder that is not empty, replacing the frames of an earlier run; other files stay.
     #[arg(long)]
     force: bool,
-    #[command(flatten)]
-    device: DeviceOptions,
+    /// Draw under Vulkan's validation layer; any message makes the command fail.
+    #[arg(long, requires = "picture")]
+    validation: bool,
     #[command(flatten)]
     reports: ReportOptions,
 }
@@ -136,6 +148,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let shape = Shape::load(&args.mesh)?;
     let bender = Bender::load(args, &shape)?;
     let way = Way {
+        map: args.map.map(),
         slide: *args.slide.start(),
         strength: args.strength,
     };
@@ -150,19 +163,26 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         report.measure(&shape, &bender, &way)?;
     }
     if let (Some(path), Some(partial)) = (&args.picture, drawing) {
-        let plain = Way {
-            strength: 0.0,
-            ..way
-        };
-        let plain = bender.bend(&shape, &plain)?;
-        let mut pictures = Pictures::open(&args.device)?;
-        pictures.draw(
-            path,
-            &partial,
-            &shape,
-            [&plain, &frames[0].1],
-            args.map.name(),
-        )?;
+        let ways = [(0.0, MapName::Radial)].into_iter();
+        let maps = MapName::value_variants()
+            .iter()
+            .map(|map| (args.strength, *map));
+        let bent = ways.chain(maps).map(|(strength, name)| {
+            let label = if strength == 0.0 {
+                "plain"
+            } else {
+                name.name()
+            };
+            let map = name.map();
+            let way = Way {
+                map,
+                strength,
+                ..way
+            };
+            Ok((label, bender.bend(&shape, &way)?))
+        });
+        let bent = bent.collect::<Result<Vec<_>>>()?;
+        Pictures::open(args)?.draw(path, &partial, &shape, &bent)?;
         partial.keep()?;
     }
     output.write(

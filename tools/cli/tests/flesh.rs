@@ -141,7 +141,7 @@ fn a_bar_keeps_its_volume_by_every_map() {
             let number = |key: &str| piece[key].as_f64().unwrap();
             assert!(number("cells") > 20.0, "{map}: {piece}");
             assert!(
-                number("mean_error") < 0.05 * number("plain_mean_error"),
+                number("mean_error") < 0.1 * number("plain_mean_error"),
                 "{map}: {piece}"
             );
         }
@@ -389,6 +389,33 @@ fn a_mask_of_joints_leaves_the_rest() {
         }
     }
     assert!(still > 100 && moved > 100, "{still} {moved}");
+}
+
+#[test]
+fn a_picture_shows_all_maps() {
+    if std::env::var("DERMIS_NO_GPU").is_ok_and(|v| v == "1") {
+        eprintln!("skipped: DERMIS_NO_GPU=1");
+        return;
+    }
+    let bench = Bench::new();
+    let picture = bench.text("out.png");
+    good(&bench.args(
+        "out.obj",
+        &[
+            "--picture",
+            &picture,
+            "--view",
+            "front",
+            "--size",
+            "64x48",
+            "--validation",
+        ],
+    ));
+    let bytes = fs::read(&picture).unwrap();
+    assert!(bytes.starts_with(b"\x89PNG"));
+    // The header's width: five parts.
+    let width = u32::from_be_bytes(bytes[16..20].try_into().unwrap());
+    assert!(width > 5 * 64, "{width}");
 }
 
 #[test]

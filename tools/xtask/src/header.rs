@@ -16,7 +16,7 @@ const PREAMBLE: &str = "\
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
  * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
- * fields: matrices of the joints go in, positions and normals come out.
+ * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, without any of these.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.

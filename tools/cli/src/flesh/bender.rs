@@ -24,13 +24,13 @@ pub(super) struct Pair {
 /// All pairs, and how they are applied.
 pub(super) struct Bender {
     pub(super) pairs: Vec<Pair>,
-    map: Map,
     stretch: bool,
 }
 
 /// What varies in a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
+    pub(super) map: Map,
     pub(super) slide: f64,
     pub(super) strength: f64,
 }
@@ -71,7 +71,6 @@ impl Bender {
         };
         Ok(Self {
             pairs: (0..counts.0).map(pair).collect::<Result<_>>()?,
-            map: args.map.map(),
             stretch: args.stretch,
         })
     }
@@ -126,7 +125,7 @@ impl Bender {
         for pair in &self.pairs {
             let last = &outcome.bent;
             let begin = Instant::now();
-            let registered = register(&pair.rest, self.map, &last.positions, &last.normals)?;
+            let registered = register(&pair.rest, way.map, &last.positions, &last.normals)?;
             outcome.torn += torn(&registered, &last.positions, triangles);
             let middle = Instant::now();
             let mut next =
@@ -153,7 +152,7 @@ impl Bender {
         let registered = self
             .pairs
             .iter()
-            .map(|pair| register(&pair.rest, self.map, positions, normals))
+            .map(|pair| register(&pair.rest, way.map, positions, normals))
             .collect::<Result<Vec<Registration>>>()?;
         let middle = Instant::now();
         let layers: Vec<Layer<'_>> = self

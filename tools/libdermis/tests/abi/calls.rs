@@ -18,6 +18,8 @@ pub(crate) struct Arguments {
     pub(crate) rig: dm_rig,
     pub(crate) deformer: dm_deformer,
     pub(crate) output: dm_output,
+    pub(crate) spine: dm_spine,
+    pub(crate) flesh: dm_flesh,
     /// A host's device, where there is one.
     pub(crate) host: Option<HostDevice>,
     /// The pointer that is NULL, counted in the order in which a call asks for them.
@@ -56,6 +58,8 @@ pub(crate) enum Takes {
     Rig,
     Deformer,
     Output,
+    Spine,
+    Flesh,
 }
 
 /// One function.
@@ -95,6 +99,8 @@ impl Arguments {
             rig,
             deformer,
             output: dm_output::default(),
+            spine: dm_spine::default(),
+            flesh: dm_flesh::default(),
             host: None,
             null: None,
             size: None,
@@ -138,7 +144,7 @@ impl Arguments {
     }
 
     /// A pointer that may be NULL.
-    fn may<T>(&self, pointer: *mut T) -> *mut T {
+    pub(crate) fn may<T>(&self, pointer: *mut T) -> *mut T {
         if self.is_null(true) {
             null_mut()
         } else {
@@ -177,7 +183,7 @@ impl Arguments {
         }
     }
 
-    fn text(&self, text: &CStr) -> *const c_char {
+    pub(crate) fn text(&self, text: &CStr) -> *const c_char {
         self.of(text.as_ptr().cast_mut())
     }
 }
@@ -238,14 +244,20 @@ unsafe fn options(a: &Arguments) -> Options {
     }
 }
 
-use Takes::{Context, Deformer, Nothing, Output, Rig};
+use Takes::{Context, Deformer, Nothing, Output, Rig, Spine};
 
 /// Functions with a second handle.
-pub(crate) const SECOND: [(&str, Takes); 3] = [
+pub(crate) const SECOND: [(&str, Takes); 6] = [
     ("dm_deformer_create", Rig),
     ("dm_output_create", Deformer),
     ("dm_frame_record", Output),
+    ("dm_spine_create", Spine),
+    ("dm_spine_load", Spine),
+    ("dm_flesh_bend", Spine),
 ];
+
+/// Those whose second handle may be zero.
+pub(crate) const MAY_BE_ZERO: [&str; 3] = ["dm_frame_record", "dm_spine_create", "dm_spine_load"];
 
 /// All functions that return a result. The destroying ones get handles of their own.
 #[rustfmt::skip]

@@ -4,6 +4,7 @@
 mod calls;
 mod compiler;
 mod facade;
+mod flesh_calls;
 mod host;
 mod host_calls;
 mod host_device;

@@ -9,8 +9,10 @@ use std::{
 use dermis::capi::{dm_result::*, *};
 
 use crate::{
-    calls::{Arguments, CALLS, Call, SECOND, Storage, Takes, cpu},
-    fine, last_error, raw,
+    calls::{Arguments, CALLS, Call, MAY_BE_ZERO, SECOND, Storage, Takes, cpu},
+    fine,
+    flesh_calls::{FLESH_CALLS, make},
+    last_error, raw,
 };
 
 /// A context on the CPU, the arm, and a tracked deformer.
@@ -45,7 +47,9 @@ fn arguments() -> Arguments {
             vertices: info.vertices,
             needed,
         };
-        Arguments::new((context, rig, deformer), storage)
+        let mut arguments = Arguments::new((context, rig, deformer), storage);
+        (arguments.spine, arguments.flesh) = make();
+        arguments
     }
 }
 
@@ -106,12 +110,21 @@ fn handle(a: &mut Arguments, kind: Takes) -> Option<&mut u64> {
         Takes::Rig => Some(&mut a.rig.id),
         Takes::Deformer => Some(&mut a.deformer.id),
         Takes::Output => Some(&mut a.output.id),
+        Takes::Spine => Some(&mut a.spine.id),
+        Takes::Flesh => Some(&mut a.flesh.id),
     }
 }
 
 /// Each handle is zero, of another kind, of another number, in turn.
 pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
-    let all = [a.context.id, a.rig.id, a.deformer.id, a.output.id];
+    let all = [
+        a.context.id,
+        a.rig.id,
+        a.deformer.id,
+        a.output.id,
+        a.spine.id,
+        a.flesh.id,
+    ];
     let second = SECOND.iter().find(|s| s.0 == call.name).map(|s| s.1);
     for kind in std::iter::once(call.handle).chain(second) {
         let Some(own) = handle(a, kind).map(|id| *id) else {
@@ -120,8 +133,8 @@ pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
         let foreign = all.into_iter().filter(|id| *id != own);
         let never = [0, 1, own + 1, own ^ 1 << 40, own ^ 1 << 63, u64::MAX];
         for id in foreign.chain(never) {
-            // A frame may have no output.
-            if kind == Takes::Output && call.name == "dm_frame_record" && id == 0 {
+            // A frame may have no output, a spine no rest.
+            if Some(kind) == second && MAY_BE_ZERO.contains(&call.name) && id == 0 {
                 continue;
             }
             *handle(a, kind).unwrap() = id;
@@ -134,10 +147,11 @@ pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
 #[test]
 fn every_function_refuses_what_is_wrong() {
     let mut a = arguments();
-    for call in CALLS.iter().filter(|call| !destroys(call)) {
+    let all = || CALLS.iter().chain(FLESH_CALLS);
+    for call in all().filter(|call| !destroys(call)) {
         sweep_arguments(call, &mut a);
     }
-    for call in CALLS {
+    for call in all() {
         sweep_handles(call, &mut a);
     }
     // In any order: what a deformer needs lives on.
@@ -146,7 +160,9 @@ fn every_function_refuses_what_is_wrong() {
     let advance = CALLS.iter().find(|c| c.name == "dm_deformer_advance");
     fine(run(advance.unwrap(), &mut a));
     fine(dm_deformer_destroy(a.deformer));
-    for call in CALLS.iter().filter(|call| call.handle != Takes::Nothing) {
+    fine(dm_spine_destroy(a.spine));
+    fine(dm_flesh_destroy(a.flesh));
+    for call in all().filter(|call| call.handle != Takes::Nothing) {
         refused(call, &mut a, DM_ERROR_HANDLE);
     }
 }
