@@ -427,6 +427,21 @@ typedef struct dm_primitive {
  */
 typedef void (*dm_progress)(void *user, const char *stage, uint64_t done, uint64_t total);
 
+/*
+ A chain of joints that bends by fleshing: the skin of a tail, trunk, neck or tentacle keeps the volume of every piece, and blends
+ into the rest by its weights. It takes the place of one that the file marks at the same joint.
+ */
+typedef struct dm_spine_chain {
+    /* sizeof(dm_spine_chain). */
+    uint32_t size;
+    /* DM_MAP_RADIAL, DM_MAP_NORMAL or DM_MAP_BINORMAL. */
+    uint32_t map;
+    /* Name of its first joint, in UTF-8. */
+    const char *root;
+    /* Name of its last joint, the first or a descendant. */
+    const char *tip;
+} dm_spine_chain;
+
 /* How a character is prepared; dm_rig_options_default fills it. */
 typedef struct dm_rig_options {
     /* sizeof(dm_rig_options). */
@@ -461,6 +476,12 @@ typedef struct dm_rig_options {
     dm_progress progress;
     /* First argument of progress. */
     void *progress_user;
+    /* Chains of joints that bend by fleshing; may be NULL where there are none. */
+    const struct dm_spine_chain *spines;
+    /* Number of these. */
+    uint32_t spine_count;
+    /* 0. */
+    uint32_t reserved;
 } dm_rig_options;
 
 /* A character, prepared once; immutable, and independent of contexts. Zero is no rig. */

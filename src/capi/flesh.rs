@@ -113,7 +113,7 @@ pub unsafe extern "C" fn dm_flesh_create(
             let reason = format!("{count} is not in 1 to {ROW_LIMIT}");
             return Err(Fault::argument("desc.vertices", reason));
         }
-        let map = map(desc.map)?;
+        let map = map(desc.map, "desc.map")?;
         // SAFETY: see above.
         let (positions, normals) = unsafe {
             let normals = match desc.normals.is_null() {
@@ -186,12 +186,13 @@ pub unsafe extern "C" fn dm_flesh_bend(
     })
 }
 
-fn map(map: u32) -> Outcome<Map> {
+/// The map of this number.
+pub(super) fn map(map: u32, name: &str) -> Outcome<Map> {
     match map {
         DM_MAP_RADIAL => Ok(Map::Radial),
         DM_MAP_NORMAL => Ok(Map::Normal),
         DM_MAP_BINORMAL => Ok(Map::Binormal),
-        other => Err(Fault::argument("desc.map", format!("{other} is unknown"))),
+        other => Err(Fault::argument(name, format!("{other} is unknown"))),
     }
 }
 

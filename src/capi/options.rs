@@ -9,7 +9,7 @@ use std::{
 use super::{
     guard::{Fault, Outcome, c_text, dm_result, guard},
     pointer::{self, structs},
-    shapes::{self, dm_primitive, dm_profile},
+    shapes::{self, dm_primitive, dm_profile, dm_spine_chain},
 };
 use crate::{
     asset::Model,
@@ -116,9 +116,15 @@ pub struct dm_rig_options {
     pub progress: dm_progress,
     /// First argument of progress.
     pub progress_user: *mut c_void,
+    /// Chains of joints that bend by fleshing; may be NULL where there are none.
+    pub spines: *const dm_spine_chain,
+    /// Number of these.
+    pub spine_count: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
-structs!(dm_joint_options, dm_rig_options);
+structs!(dm_joint_options, dm_rig_options since spines);
 
 const DEFAULT: dm_rig_options = dm_rig_options {
     size: size_of::<dm_rig_options>() as u32,
@@ -137,6 +143,9 @@ const DEFAULT: dm_rig_options = dm_rig_options {
     cache: std::ptr::null(),
     progress: None,
     progress_user: std::ptr::null_mut(),
+    spines: std::ptr::null(),
+    spine_count: 0,
+    reserved: 0,
 };
 
 /// Fills options with the defaults, those that NULL in their place has.
@@ -231,6 +240,11 @@ impl Preparation {
             for row in 0..rows(given.primitives, count, "options.primitives")? {
                 let primitive = shapes::primitive(given.primitives.add(row))?;
                 options.primitives.push(primitive);
+            }
+            let count = given.spine_count as usize;
+            for row in 0..rows(given.spines, count, "options.spines")? {
+                let spine = shapes::spine_chain(given.spines.add(row))?;
+                options.spines.push(spine);
             }
             let count = given.part_count as usize;
             if rows(given.parts, count, "options.parts")? > 0 {

@@ -3,12 +3,13 @@
 use std::ffi::c_char;
 
 use super::{
+    flesh,
     guard::{Fault, Outcome},
     pointer::{self, structs},
 };
 use crate::{
     compose::{Form, Level, Profile},
-    rig::Primitive,
+    rig::{Primitive, SpineChain},
 };
 
 /// Form of a profile: straight segments.
@@ -68,7 +69,22 @@ pub struct dm_primitive {
     pub along: f32,
 }
 
-structs!(dm_profile, dm_primitive);
+/// A chain of joints that bends by fleshing: the skin of a tail, trunk, neck or tentacle keeps the volume of every piece, and blends
+/// into the rest by its weights. It takes the place of one that the file marks at the same joint.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct dm_spine_chain {
+    /// sizeof(dm_spine_chain).
+    pub size: u32,
+    /// DM_MAP_RADIAL, DM_MAP_NORMAL or DM_MAP_BINORMAL.
+    pub map: u32,
+    /// Name of its first joint, in UTF-8.
+    pub root: *const c_char,
+    /// Name of its last joint, the first or a descendant.
+    pub tip: *const c_char,
+}
+
+structs!(dm_profile, dm_primitive, dm_spine_chain);
 
 /// # Safety
 /// `profile` is valid with its arrays, each as long as its numbers say.
@@ -156,6 +172,20 @@ pub(super) unsafe fn primitive(primitive: *const dm_primitive) -> Outcome<Primit
             degrees: given.degrees,
             scale: given.scale,
             along: (given.along != 0.0).then_some(given.along),
+        })
+    }
+}
+
+/// # Safety
+/// `chain` is valid with the text that it points to.
+pub(super) unsafe fn spine_chain(chain: *const dm_spine_chain) -> Outcome<SpineChain> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let given = pointer::read(chain, "options.spines")?;
+        Ok(SpineChain {
+            root: pointer::text(given.root, "options.spines.root")?,
+            tip: pointer::text(given.tip, "options.spines.tip")?,
+            map: flesh::map(given.map, "options.spines.map")?,
         })
     }
 }

@@ -13,7 +13,8 @@ use dermis::{
     capi::{dm_result::*, *},
     compose::{Controller, Form, Level, OpeningCurve, Operator, Profile},
     deformer::{Deformer, Device, Method, Settings, Skin},
-    rig::{Options, Pose, Primitive, Rig},
+    flesh::Map,
+    rig::{Options, Pose, Primitive, Rig, SpineChain},
 };
 
 use crate::{calls, fine, last_error, raw, skin};
@@ -376,6 +377,52 @@ fn primitives_from_memory_and_from_files_are_the_facades() {
     }
     c.primitives = null();
     assert_eq!(load(&c), DM_ERROR_NULL, "{}", last_error());
+}
+
+#[test]
+fn spines_are_the_facades() {
+    let chain = dm_spine_chain {
+        size: size_of::<dm_spine_chain>() as u32,
+        map: DM_MAP_NORMAL,
+        root: c"upper".as_ptr(),
+        tip: c"lower".as_ptr(),
+    };
+    let mut c = defaults();
+    (c.spines, c.spine_count) = (&chain, 1);
+    let options = Options {
+        spines: vec![SpineChain {
+            root: "upper".into(),
+            tip: "lower".into(),
+            map: Map::Normal,
+        }],
+        ..Options::default()
+    };
+    same(&options, &c, Method::Dqs, DM_DQS);
+    let null = null();
+    let (name, tip) = (DM_ERROR_NULL, c"wing".as_ptr());
+    for (wrong, code, named) in [
+        (
+            dm_spine_chain { size: 8, ..chain },
+            DM_ERROR_STRUCT_SIZE,
+            "size",
+        ),
+        (
+            dm_spine_chain {
+                root: null,
+                ..chain
+            },
+            name,
+            "root",
+        ),
+        (dm_spine_chain { tip: null, ..chain }, name, "tip"),
+        (dm_spine_chain { map: 3, ..chain }, DM_ERROR_ARGUMENT, "map"),
+        (dm_spine_chain { tip, ..chain }, DM_ERROR_ARGUMENT, "wing"),
+    ] {
+        c.spines = &wrong;
+        let result = unsafe { dm_rig_load(raw::path().as_ptr(), &c, &mut dm_rig::default()) };
+        assert_eq!(result, code, "{named}: {}", last_error());
+        assert!(last_error().contains(named), "{named}: {}", last_error());
+    }
 }
 
 #[test]

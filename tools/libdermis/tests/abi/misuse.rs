@@ -315,7 +315,7 @@ fn arrays_that_cannot_be_used_are_refused() {
 #[test]
 fn arrays_of_options_are_null_only_where_they_are_empty() {
     type Spoil = fn(&mut dm_rig_options, &mut dm_joint_options);
-    let spoiled: [(Spoil, dm_result, &str); 7] = [
+    let spoiled: [(Spoil, dm_result, &str); 8] = [
         (|_, _| (), DM_OK, ""),
         (|o, _| o.joint_count = 1, DM_ERROR_NULL, "options.joints"),
         (
@@ -324,6 +324,7 @@ fn arrays_of_options_are_null_only_where_they_are_empty() {
             "options.primitives",
         ),
         (|o, _| o.part_count = 1, DM_ERROR_NULL, "options.parts"),
+        (|o, _| o.spine_count = 1, DM_ERROR_NULL, "options.spines"),
         (
             |o, j| {
                 j.name = null();
