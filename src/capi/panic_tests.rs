@@ -224,3 +224,62 @@ fn a_defect_breaks_the_context_or_rig_that_was_in_use() {
     fine(dm_rig_destroy(rig_of));
     fine(dm_context_destroy(context));
 }
+
+/// A straight spine.
+fn spine() -> dm_spine {
+    let points = [[0.0, 0.5, 0.5], [4.0, 0.5, 0.5]];
+    let mut desc = sized::<dm_spine_desc>();
+    (desc.kind, desc.point_count) = (DM_SPINE_POLYLINE, 2);
+    desc.points = points.as_ptr().cast();
+    let mut spine = dm_spine::default();
+    // SAFETY: the points live until the call returns.
+    fine(unsafe { dm_spine_create(&desc, dm_spine::default(), &mut spine) });
+    spine
+}
+
+/// Two vertices on it.
+fn fleshed(rest: dm_spine) -> Result<dm_flesh, dm_result> {
+    let positions = [[1.0f32, 0.0, 0.0], [2.0, 1.0, 1.0]];
+    let mut desc = sized::<dm_flesh_desc>();
+    (desc.vertices, desc.positions) = (2, positions.as_ptr().cast());
+    let mut flesh = dm_flesh::default();
+    // SAFETY: the positions live until the call returns.
+    match unsafe { dm_flesh_create(rest, &desc, &mut flesh) } {
+        DM_OK => Ok(flesh),
+        code => Err(code),
+    }
+}
+
+#[test]
+#[allow(clippy::undocumented_unsafe_blocks)]
+fn a_defect_breaks_the_spine_or_the_flesh_that_was_in_use() {
+    let whole = spine();
+    type Call = fn(dm_spine) -> dm_result;
+    let of_spine: [(&str, Call); 3] = [
+        ("dm_spine_get_info", |s| unsafe {
+            dm_spine_get_info(s, &mut sized())
+        }),
+        ("dm_spine_at", |s| unsafe {
+            dm_spine_at(s, 1.0, &mut sized())
+        }),
+        ("dm_flesh_create", |s| match fleshed(s) {
+            Ok(flesh) => dm_flesh_destroy(flesh),
+            Err(code) => code,
+        }),
+    ];
+    for (name, call) in of_spine {
+        let broken = spine();
+        break_in(name, &|| call(broken));
+        fine(call(whole));
+        fine(dm_spine_destroy(broken));
+    }
+    let flesh = fleshed(whole).unwrap();
+    let bend = || unsafe {
+        let mut bent = sized::<dm_bent>();
+        bent.vertices = 2;
+        dm_flesh_bend(flesh, whole, null(), &bent)
+    };
+    break_in("dm_flesh_bend", &bend);
+    fine(dm_flesh_destroy(flesh));
+    fine(dm_spine_destroy(whole));
+}
