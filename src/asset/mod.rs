@@ -1,9 +1,10 @@
-//! Files in and out: glTF characters in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
+//! Files in and out: glTF characters and OBJ, PLY and OFF meshes in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
 
 mod arrays;
 mod export;
 mod import;
 mod model;
+mod surface;
 
 pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
@@ -12,3 +13,4 @@ pub use export::{
 };
 pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};
+pub use surface::{Surface, is_surface, load_surface};
