@@ -4,6 +4,7 @@ mod arrays;
 mod export;
 mod import;
 mod model;
+mod sequence;
 mod surface;
 
 pub use arrays::{ArrayJoint, Arrays};
@@ -13,4 +14,5 @@ pub use export::{
 };
 pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};
+pub use sequence::{Room, Sequence, load_sequence};
 pub use surface::{Surface, is_surface, load_surface};
