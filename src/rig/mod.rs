@@ -14,6 +14,7 @@ mod primitive;
 mod program;
 mod random;
 mod rigid;
+mod sample;
 mod sheets;
 pub(crate) mod skeleton;
 mod subdivide;
@@ -37,6 +38,7 @@ pub(crate) use pose::degrees;
 pub use pose_file::{JointPose, PoseFile};
 pub use primitive::Primitive;
 pub use random::Random;
+pub use sample::sequence;
 pub use subdivide::subdivide;
 pub use swell::{Stretch, Swell};
 
