@@ -9,8 +9,8 @@ mod surface;
 
 pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
-    MorphAnimation, MorphFrame, PlyFrame, write_atomic, write_glb_morph, write_glb_skinned,
-    write_obj, write_ply,
+    MorphAnimation, MorphFrame, PlyFrame, SphereAnimation, SpherePath, SurfaceMesh, write_atomic,
+    write_glb_morph, write_glb_skinned, write_glb_spheres, write_obj, write_ply,
 };
 pub use import::{ROW_LIMIT, load};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};

@@ -40,9 +40,18 @@ pub struct Hierarchy {
     pub diagonal: f64,
     /// Weight of all planes, which turns a cost into a mean square distance.
     pub weight: f64,
-    /// Centres of the vertices and of the collapses' spheres: `[node][axis][frame]`, frames `stride` apart.
+    /// Centres of the vertices and of the collapses' spheres: `[node][axis][frame]`.
     pub(super) centres: Vec<f32>,
-    pub(super) stride: usize,
+}
+
+/// Drops the frames that only fill groups of lanes.
+fn without_padding(rows: &mut Vec<f32>, stride: usize, frames: usize) {
+    let count = rows.len() / stride;
+    for row in 0..count {
+        rows.copy_within(row * stride..row * stride + frames, row * frames);
+    }
+    rows.truncate(count * frames);
+    rows.shrink_to_fit();
 }
 
 impl Hierarchy {
@@ -50,6 +59,7 @@ impl Hierarchy {
         let vertices = input.mesh.positions.len();
         let mut centres = input.positions;
         centres.extend(made);
+        without_padding(&mut centres, input.stride, input.frames);
         Self {
             vertex: input.vertex,
             triangles: input.mesh.triangles,
@@ -60,7 +70,6 @@ impl Hierarchy {
             diagonal: input.diagonal,
             weight,
             centres,
-            stride: input.stride,
         }
     }
 
@@ -112,9 +121,14 @@ impl Hierarchy {
 
     /// Centre of a node's sphere in a frame, in the sequence's units.
     pub fn centre(&self, node: usize, frame: usize) -> Vec3 {
-        let row = &self.centres[node * 3 * self.stride..][..3 * self.stride];
-        let scaled = DVec3::from([0, 1, 2].map(|k| f64::from(row[k * self.stride + frame])));
+        let row = self.row(node);
+        let scaled = DVec3::from([0, 1, 2].map(|k| f64::from(row[k * self.frames + frame])));
         (self.origin + scaled * self.diagonal).as_vec3()
+    }
+
+    /// Centres of a node's sphere in units of the diagonal, `[axis][frame]`.
+    pub(super) fn row(&self, node: usize) -> &[f32] {
+        &self.centres[node * 3 * self.frames..][..3 * self.frames]
     }
 
     /// Radius of a node's sphere, in the sequence's units.

@@ -99,12 +99,11 @@ impl Level {
 
     /// Sum over the frames of the squared distance of a vertex to a sphere's surface, in units of the diagonal.
     fn distance(&self, hierarchy: &Hierarchy, vertex: usize, sphere: u32) -> f64 {
-        let stride = hierarchy.stride;
-        let row = |node: usize| &hierarchy.centres[node * 3 * stride..][..3 * stride];
+        let stride = hierarchy.frames;
         let node = self.nodes[sphere as usize] as usize;
         let radius = node.checked_sub(hierarchy.vertices);
         let radius = radius.map_or(0.0, |k| hierarchy.merges[k].radius);
-        let (a, b) = (row(vertex), row(node));
+        let (a, b) = (hierarchy.row(vertex), hierarchy.row(node));
         let at = |f: usize| {
             let square = |k: usize| (a[k * stride + f] - b[k * stride + f]).powi(2);
             let e = (square(0) + square(1) + square(2)).sqrt() - radius;

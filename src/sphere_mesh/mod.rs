@@ -6,21 +6,33 @@
 
 mod collapse;
 mod curvature;
+mod distance;
+mod export;
 mod extent;
+mod extract;
+mod facets;
+mod file;
 mod hierarchy;
 mod input;
 mod lanes;
 mod level;
 mod options;
+mod outer;
 mod quadric;
+mod shape;
 mod solve;
 #[cfg(test)]
 mod tests;
 mod topology;
+mod tree;
 
+pub use distance::{Distances, Sheets, distances, surface_facets};
+pub use export::write_ma;
+pub use extract::{Skin, extract};
 pub use hierarchy::{Hierarchy, Merge};
 pub use level::Level;
 pub use options::Options;
+pub use shape::{Ball, Shape};
 
 use crate::{Error, Result, asset::Sequence, report::Progress};
 

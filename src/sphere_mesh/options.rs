@@ -18,7 +18,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            curvature: Some(95.0),
+            curvature: Some(80.0),
             temporal: 0.0,
             inversion: true,
             spheres: true,

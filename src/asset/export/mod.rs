@@ -1,4 +1,4 @@
-//! Files out: PLY and OBJ for one frame, GLB for a baked animation or a rigged character; each written as a whole or not
+//! Files out: PLY and OBJ for one frame, GLB for a baked animation, a rigged character or moving spheres; each written as a whole or not
 //! at all.
 
 mod atomic;
@@ -6,6 +6,7 @@ mod frame;
 mod glb;
 mod morph;
 mod skinned;
+mod spheres;
 #[cfg(test)]
 mod tests;
 
@@ -13,3 +14,4 @@ pub use atomic::write_atomic;
 pub use frame::{PlyFrame, write_obj, write_ply};
 pub use morph::{MorphAnimation, MorphFrame, write_glb_morph};
 pub use skinned::write_glb_skinned;
+pub use spheres::{SphereAnimation, SpherePath, SurfaceMesh, write_glb_spheres};
