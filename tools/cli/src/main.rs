@@ -18,6 +18,7 @@ mod render;
 mod samples;
 mod session;
 mod settled;
+mod sphere_mesh;
 mod stats;
 mod table;
 mod trace;
@@ -53,6 +54,7 @@ enum Command {
     Render(render::Args),
     Bench(bench::Args),
     Profile(profile::Args),
+    SphereMesh(sphere_mesh::Args),
 }
 
 fn main() -> ExitCode {
@@ -83,6 +85,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Render(args) => render::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
+        Command::SphereMesh(args) => sphere_mesh::run(args),
     }
 }
 
