@@ -17,8 +17,8 @@ use super::{
 };
 use crate::report::Progress;
 
-/// Numbers of an edge's solution above which several edges are shared out between threads.
-const SHARED: usize = 2048;
+/// Frames of all edges about a new sphere above which threads share them: below, waking a thread takes longer.
+const SHARED: usize = 1024;
 
 /// An edge of the queue; it is out of date when one of its ends has changed.
 #[derive(Clone, Copy, PartialEq)]
@@ -206,7 +206,7 @@ impl Collapse<'_> {
         self.stamp[a] += 1;
         self.stamp[b] = DEAD;
         let near = self.topology.near(u);
-        let candidates: Vec<Candidate> = if near.len() * self.input.stride * 16 > SHARED * 16 {
+        let candidates: Vec<Candidate> = if near.len() * self.input.stride > SHARED {
             near.par_iter().map(|&k| self.candidate(u, k)).collect()
         } else {
             near.iter().map(|&k| self.candidate(u, k)).collect()

@@ -26,12 +26,15 @@ impl X4 {
     #[inline(always)]
     pub(super) fn widen(from: &[f32], at: usize) -> Self {
         let from = &from[at..at + LANES];
-        Self([from[0], from[1], from[2], from[3]].map(f64::from))
+        let [a, b, c, d] = [from[0], from[1], from[2], from[3]];
+        Self([f64::from(a), f64::from(b), f64::from(c), f64::from(d)])
     }
 
     #[inline(always)]
     pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+        // Not `array::map`, which is not always inlined.
+        let [a, b, c, d] = self.0;
+        Self([f(a), f(b), f(c), f(d)])
     }
 
     #[inline(always)]
@@ -85,13 +88,21 @@ impl V4 {
     /// The group at `at` of three rows of `stride` numbers.
     #[inline(always)]
     pub(super) fn load(from: &[f64], stride: usize, at: usize) -> Self {
-        Self([0, 1, 2].map(|k| X4::load(from, k * stride + at)))
+        Self([
+            X4::load(from, at),
+            X4::load(from, stride + at),
+            X4::load(from, 2 * stride + at),
+        ])
     }
 
     /// As [`V4::load`], of single precision.
     #[inline(always)]
     pub(super) fn widen(from: &[f32], stride: usize, at: usize) -> Self {
-        Self([0, 1, 2].map(|k| X4::widen(from, k * stride + at)))
+        Self([
+            X4::widen(from, at),
+            X4::widen(from, stride + at),
+            X4::widen(from, 2 * stride + at),
+        ])
     }
 
     #[inline(always)]
@@ -112,7 +123,8 @@ impl V4 {
 
     #[inline(always)]
     pub(super) fn times(self, factor: X4) -> Self {
-        Self(self.0.map(|x| x * factor))
+        let [x, y, z] = self.0;
+        Self([x * factor, y * factor, z * factor])
     }
 }
 
@@ -120,7 +132,8 @@ impl Add for V4 {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k] + other.0[k]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2]])
     }
 }
 
@@ -128,7 +141,8 @@ impl Sub for V4 {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self([0, 1, 2].map(|k| self.0[k] - other.0[k]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
     }
 }
 
@@ -139,7 +153,8 @@ pub(super) struct S4(pub(super) [X4; 6]);
 impl S4 {
     #[inline(always)]
     pub(super) fn load(from: &[f64], stride: usize, at: usize) -> Self {
-        Self([0, 1, 2, 3, 4, 5].map(|k| X4::load(from, k * stride + at)))
+        let row = |k: usize| X4::load(from, k * stride + at);
+        Self([row(0), row(1), row(2), row(3), row(4), row(5)])
     }
 
     #[inline(always)]
@@ -178,6 +193,8 @@ impl Add for S4 {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self([0, 1, 2, 3, 4, 5].map(|k| self.0[k] + other.0[k]))
+        let (a, b) = (self.0, other.0);
+        let row = |k: usize| a[k] + b[k];
+        Self([row(0), row(1), row(2), row(3), row(4), row(5)])
     }
 }
