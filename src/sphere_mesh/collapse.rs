@@ -17,8 +17,18 @@ use super::{
 };
 use crate::report::Progress;
 
-/// Frames of all edges about a new sphere above which threads share them: below, waking a thread takes longer.
-const SHARED: usize = 1024;
+/// Most edges that collapse at once.
+const BATCH: usize = 64;
+/// Spheres that there must be for each of them.
+const SPHERES_EACH: usize = 64;
+
+/// Does the same to all items, on several threads where it pays.
+fn shared<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    if items.len() < 16 {
+        return items.iter().map(work).collect();
+    }
+    items.par_iter().with_min_len(8).map(work).collect()
+}
 
 /// An edge of the queue; it is out of date when one of its ends has changed.
 #[derive(Clone, Copy, PartialEq)]
@@ -61,6 +71,9 @@ struct Collapse<'a> {
     /// Centres of the spheres that collapses made: `[collapse][axis][frame]`.
     centres: Vec<f32>,
     merges: Vec<Merge>,
+    /// The last batch that touched a slot or its neighbours.
+    touched: Vec<u32>,
+    round: u32,
 }
 
 const DEAD: u32 = u32::MAX;
@@ -87,6 +100,8 @@ pub(super) fn build(
         turned: Vec::new(),
         centres: Vec::with_capacity(count * 3 * input.stride),
         merges: Vec::with_capacity(count),
+        touched: vec![0; count],
+        round: 0,
         input: &input,
     };
     collapse.start();
@@ -146,11 +161,14 @@ impl Collapse<'_> {
         let total = self.input.mesh.positions.len();
         let mut watch = inversion;
         loop {
-            while let Some(candidate) = self.queue.pop() {
-                if !self.current(&candidate) {
-                    continue;
+            loop {
+                let batch = self.batch();
+                if batch.is_empty() {
+                    break;
                 }
-                if self.step(&candidate, watch) && self.merges.len().is_multiple_of(1024) {
+                let before = self.merges.len() / 1024;
+                self.step(&batch, watch);
+                if self.merges.len() / 1024 > before {
                     progress(Progress {
                         stage: "collapsing edges",
                         done: self.merges.len(),
@@ -176,26 +194,75 @@ impl Collapse<'_> {
             && candidate.stamps.iter().all(|&s| s != DEAD)
     }
 
-    /// Collapses an edge, unless that turns triangles over and this is watched.
-    fn step(&mut self, candidate: &Candidate, watch: bool) -> bool {
+    /// The cheapest edges that do not touch each other's surroundings, for threads to share: few against the spheres that
+    /// are left, so that hardly any would have come later had their predecessors' new edges been known; one at coarse levels.
+    fn batch(&mut self) -> Vec<Candidate> {
+        let left = self.input.mesh.positions.len() - self.merges.len();
+        let most = (left / SPHERES_EACH).clamp(1, BATCH);
+        let mut batch: Vec<Candidate> = Vec::new();
+        self.round += 1;
+        while batch.len() < most {
+            let Some(candidate) = self.queue.pop() else {
+                break;
+            };
+            if !self.current(&candidate) {
+                continue;
+            }
+            let ends = candidate.ends;
+            if ends.iter().any(|&v| self.touched[v as usize] == self.round) {
+                self.queue.push(candidate);
+                break;
+            }
+            for v in ends {
+                self.touched[v as usize] = self.round;
+                for &k in self.topology.near(v) {
+                    self.touched[k as usize] = self.round;
+                }
+            }
+            batch.push(candidate);
+        }
+        batch
+    }
+
+    /// Collapses the edges of a batch, but those that turn triangles over where this is watched.
+    fn step(&mut self, batch: &[Candidate], watch: bool) {
+        let this = &*self;
+        let made = shared(batch, |candidate| this.made(candidate, watch));
+        let mut edges = Vec::new();
+        for (candidate, made) in batch.iter().zip(made) {
+            let Some((sphere, centres)) = made else {
+                self.turned.push(*candidate);
+                continue;
+            };
+            self.apply(candidate.ends, &sphere, &centres);
+            let u = candidate.ends[0];
+            edges.extend(self.topology.near(u).iter().map(|&k| [u, k]));
+        }
+        let this = &*self;
+        let candidates = shared(&edges, |&[u, k]| this.candidate(u, k));
+        let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
+        self.queue.extend(finite);
+    }
+
+    /// The sphere that an edge becomes and its centres; nothing where that turns triangles over.
+    fn made(&self, candidate: &Candidate, watch: bool) -> Option<(solve::Sphere, Vec<f32>)> {
         let [u, v] = candidate.ends;
         let sphere = self.solve(u, v);
         let mut made = vec![0.0; 3 * self.input.stride];
-        let edge = self.edge(u, v);
-        let (a, b) = (u as usize, v as usize);
+        let (edge, a, b) = (self.edge(u, v), u as usize, v as usize);
         solve::centres(&self.quadrics, edge, a, b, &sphere, &mut made);
-        if watch && self.turns(u, v, &made) {
-            self.turned.push(*candidate);
-            return false;
-        }
+        (!watch || !self.turns(u, v, &made)).then_some((sphere, made))
+    }
+
+    fn apply(&mut self, [u, v]: [u32; 2], sphere: &solve::Sphere, centres: &[f32]) {
+        let (a, b) = (u as usize, v as usize);
         let before = self.merges.last().map_or(0.0, |m| m.total);
-        let (old, new) = (self.cost[a] + self.cost[b], sphere.cost);
         self.merges.push(Merge {
             children: [self.node[a], self.node[b]],
             radius: sphere.radius as f32,
-            total: before + new - old,
+            total: before + sphere.cost - (self.cost[a] + self.cost[b]),
         });
-        self.centres.extend(made);
+        self.centres.extend(centres);
         self.cost[a] = sphere.cost;
         self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
         self.quadrics.merge(a, b);
@@ -205,15 +272,6 @@ impl Collapse<'_> {
         self.topology.collapse(u, v);
         self.stamp[a] += 1;
         self.stamp[b] = DEAD;
-        let near = self.topology.near(u);
-        let candidates: Vec<Candidate> = if near.len() * self.input.stride > SHARED {
-            near.par_iter().map(|&k| self.candidate(u, k)).collect()
-        } else {
-            near.iter().map(|&k| self.candidate(u, k)).collect()
-        };
-        let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
-        self.queue.extend(finite);
-        true
     }
 
     /// Whether large triangles turn over in many frames: Σ_f √(A A') n·n' < 0 for one of those that stay.
