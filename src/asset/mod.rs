@@ -12,7 +12,7 @@ pub use export::{
     MorphAnimation, MorphFrame, PlyFrame, SphereAnimation, SpherePath, SurfaceMesh, write_atomic,
     write_glb_morph, write_glb_skinned, write_glb_spheres, write_obj, write_ply,
 };
-pub use import::{ROW_LIMIT, load};
+pub use import::{ROW_LIMIT, load, load_morph};
 pub use model::{Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property};
 pub use sequence::{Room, Sequence, load_sequence};
 pub use surface::{Surface, is_surface, load_surface};

@@ -17,7 +17,7 @@ use dermis::{
 #[derive(clap::Args)]
 #[command(after_help = "\
 SEQ is a folder of OBJ, PLY or OFF files, one a frame; a folder with rest.obj (faces) and frames.npy (NumPy, <f4,
-[frame][vertex][3]); a skinned GLB or glTF with a clip; or a single mesh. All frames have the same faces, counter-clockwise
+[frame][vertex][3]); a GLB or glTF with a clip that moves a skin or morph targets; or a single mesh. All frames have the same faces, counter-clockwise
 seen from outside.
 
 Examples:

@@ -13,7 +13,7 @@ use crate::parse;
 /// A sequence.
 #[derive(clap::Args, Clone, Debug)]
 pub(super) struct Source {
-    /// Folder of meshes, folder with rest.obj and frames.npy, skinned GLB or glTF, or one mesh.
+    /// Folder of meshes, folder with rest.obj and frames.npy, skinned or morphed GLB or glTF, or one mesh.
     #[arg(value_name = "SEQ")]
     pub(super) sequence: PathBuf,
     #[command(flatten)]
@@ -44,6 +44,10 @@ pub(super) fn load(path: &Path, options: &ClipOptions) -> Result<Sequence> {
     let gltf = extension.is_some_and(|e| ["glb", "gltf"].iter().any(|g| e.eq_ignore_ascii_case(g)));
     if !gltf || path.is_dir() {
         return asset::load_sequence(path, room);
+    }
+    let morphed = asset::load_morph(path, options.clip.as_deref(), options.fps, room)?;
+    if let Some(sequence) = morphed {
+        return Ok(sequence);
     }
     let model = asset::load(path)?;
     let clip = match &options.clip {
