@@ -18,16 +18,24 @@ use super::{
 use crate::report::Progress;
 
 /// Most edges that collapse at once.
-const BATCH: usize = 64;
+const BATCH: usize = 128;
 /// Spheres that there must be for each of them.
 const SPHERES_EACH: usize = 64;
 
-/// Does the same to all items, on several threads where it pays.
-fn shared<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
-    if items.len() < 16 {
+/// Frames of solutions that are worth waking a thread for.
+const SHARE: usize = 1024;
+
+/// Does the same to all items of `frames` each, on several threads where it pays.
+fn shared<T: Sync, R: Send>(
+    items: &[T],
+    frames: usize,
+    work: impl Fn(&T) -> R + Sync + Send,
+) -> Vec<R> {
+    if items.len() * frames < 2 * SHARE {
         return items.iter().map(work).collect();
     }
-    items.par_iter().with_min_len(8).map(work).collect()
+    let part = SHARE.div_ceil(frames);
+    items.par_iter().with_min_len(part).map(work).collect()
 }
 
 /// An edge of the queue; it is out of date when one of its ends has changed.
@@ -227,7 +235,8 @@ impl Collapse<'_> {
     /// Collapses the edges of a batch, but those that turn triangles over where this is watched.
     fn step(&mut self, batch: &[Candidate], watch: bool) {
         let this = &*self;
-        let made = shared(batch, |candidate| this.made(candidate, watch));
+        let frames = this.input.stride;
+        let made = shared(batch, frames, |candidate| this.made(candidate, watch));
         let mut edges = Vec::new();
         for (candidate, made) in batch.iter().zip(made) {
             let Some((sphere, centres)) = made else {
@@ -239,7 +248,7 @@ impl Collapse<'_> {
             edges.extend(self.topology.near(u).iter().map(|&k| [u, k]));
         }
         let this = &*self;
-        let candidates = shared(&edges, |&[u, k]| this.candidate(u, k));
+        let candidates = shared(&edges, frames, |&[u, k]| this.candidate(u, k));
         let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
         self.queue.extend(finite);
     }
