@@ -50,6 +50,7 @@ pub mod pass;
 pub mod render;
 pub mod report;
 pub mod rig;
+pub mod sphere_mesh;
 pub mod twin;
 
 pub use error::{Error, Result};

@@ -9,10 +9,11 @@ mod surface;
 
 pub use arrays::{ArrayJoint, Arrays};
 pub use export::{
-    MorphAnimation, MorphFrame, PlyFrame, SurfaceFormat, SurfaceFrame, write_atomic,
-    write_glb_morph, write_glb_skinned, write_obj, write_ply, write_surface,
+    MorphAnimation, MorphFrame, PlyFrame, SphereAnimation, SpherePath, SurfaceFormat, SurfaceFrame,
+    SurfaceMesh, write_atomic, write_glb_morph, write_glb_skinned, write_glb_spheres, write_obj,
+    write_ply, write_surface,
 };
-pub use import::{ROW_LIMIT, load};
+pub use import::{ROW_LIMIT, load, load_morph};
 pub use model::{
     Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property, Spine,
 };

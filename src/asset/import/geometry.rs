@@ -116,7 +116,7 @@ pub(super) fn read(
 }
 
 /// Floats, or with KHR_mesh_quantization the integers which that allows.
-fn vectors(document: &Document, row: usize, role: &str) -> Checked<Vec<Vec3>> {
+pub(super) fn vectors(document: &Document, row: usize, role: &str) -> Checked<Vec<Vec3>> {
     let mut formats = vec![Format::float(Type::Vec3)];
     if document
         .root

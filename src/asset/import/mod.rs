@@ -11,6 +11,7 @@ mod document;
 mod fault;
 pub(super) mod geometry;
 mod graph;
+mod morph;
 mod names;
 mod rigid;
 mod schema;
@@ -20,6 +21,8 @@ mod spine;
 mod tests;
 mod uri;
 pub(super) mod weights;
+
+pub use morph::load_morph;
 
 use std::{collections::BTreeSet, path::Path};
 

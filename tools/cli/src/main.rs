@@ -19,6 +19,7 @@ mod render;
 mod samples;
 mod session;
 mod settled;
+mod sphere_mesh;
 mod stats;
 mod table;
 mod trace;
@@ -55,6 +56,7 @@ enum Command {
     Bench(bench::Args),
     Profile(profile::Args),
     Flesh(flesh::Args),
+    SphereMesh(sphere_mesh::Args),
 }
 
 fn main() -> ExitCode {
@@ -86,6 +88,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Flesh(args) => flesh::run(args),
+        Command::SphereMesh(args) => sphere_mesh::run(args),
     }
 }
 

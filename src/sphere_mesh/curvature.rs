@@ -1,0 +1,62 @@
+//! Importance of a vertex: total curvature, by cotangent Laplacian and angle deficit (2013, section 5; 2016, section 3).
+
+use rayon::prelude::*;
+
+use super::{
+    input::Input,
+    lanes::{LANES, V4, X4},
+};
+
+/// Greatest number of values that the percentile is taken from; of more, every n-th.
+const SAMPLE: usize = 1 << 20;
+
+/// 1 + BBD² (κ₁² + κ₂²) of each vertex in each frame, `[vertex][frame]`; curvature is clamped at `percentile` of all.
+pub(super) fn importance(input: &Input, percentile: f64) -> Vec<f32> {
+    let stride = input.stride;
+    let mut values = vec![0.0f32; input.mesh.positions.len() * stride];
+    let rows = values.par_chunks_exact_mut(stride).enumerate();
+    rows.for_each(|(v, row)| {
+        for at in (0..stride).step_by(LANES) {
+            let k = total(input, v, at);
+            for lane in 0..LANES {
+                row[at + lane] = k.0[lane].min(1e30) as f32;
+            }
+        }
+    });
+    let limit = at_percentile(&values, percentile);
+    // Lengths are in units of the diagonal already.
+    values.par_iter_mut().for_each(|k| *k = 1.0 + k.min(limit));
+    values
+}
+
+/// κ₁² + κ₂² = 4 H² - 2 K of a vertex in four frames, at least 0.
+fn total(input: &Input, v: usize, at: usize) -> X4 {
+    let point = |v: u32| V4::widen(input.position(v as usize), input.stride, at);
+    let here = point(v as u32);
+    let mut laplacian = V4::default();
+    let (mut area, mut deficit) = (X4::splat(1e-20), X4::splat(std::f64::consts::TAU));
+    for corner in input.mesh.corners.row(v).chunks_exact(2) {
+        let (a, b) = (point(corner[0]), point(corner[1]));
+        let (ea, eb, ab) = (a - here, b - here, b - a);
+        let cross = ea.cross(eb);
+        let twice = cross.dot(cross).map(|x| x.sqrt() + 1e-20);
+        // The edge to a faces the angle at b, the edge to b the angle at a.
+        let half = twice.map(|x| 0.5 / x);
+        let at_a = X4::default() - ea.dot(ab);
+        let at_b = eb.dot(ab);
+        laplacian = laplacian + ea.times(at_b * half) + eb.times(at_a * half);
+        area += twice * X4::splat(1.0 / 6.0);
+        deficit = deficit - twice.zip(ea.dot(eb), f64::atan2);
+    }
+    let mean = laplacian.dot(laplacian).zip(area, |l, a| l / (a * a));
+    let gauss = deficit.zip(area, |d, a| 2.0 * d / a);
+    mean.zip(gauss, |m, g| (m - g).max(0.0))
+}
+
+fn at_percentile(values: &[f32], percentile: f64) -> f32 {
+    let step = values.len().div_ceil(SAMPLE).max(1);
+    let mut sample: Vec<f32> = values.iter().copied().step_by(step).collect();
+    let at = (percentile / 100.0 * (sample.len() - 1) as f64).round() as usize;
+    let at = at.min(sample.len() - 1);
+    *sample.select_nth_unstable_by(at, f32::total_cmp).1
+}

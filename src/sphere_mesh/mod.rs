@@ -1,0 +1,70 @@
+//! Animated sphere-meshes (Thiery, Guy, Boubekeur & Eisemann 2016): a captured sequence as a few spheres with constant
+//! radii, joined by edges and triangles along which they are interpolated.
+//!
+//! [`build`] collapses edges until nothing is left to collapse and keeps every step in a [`Hierarchy`], whose
+//! [`Level`]s have any number of spheres.
+
+mod collapse;
+mod curvature;
+mod distance;
+mod export;
+mod extent;
+mod extract;
+mod facets;
+mod file;
+mod hierarchy;
+mod input;
+mod lanes;
+mod level;
+mod options;
+mod outer;
+mod quadric;
+mod shape;
+mod solve;
+#[cfg(test)]
+mod tests;
+mod topology;
+mod tree;
+
+pub use distance::{Distances, Sheets, distances, surface_facets};
+pub use export::write_ma;
+pub use extract::{Skin, extract};
+pub use hierarchy::{Hierarchy, Merge};
+pub use level::Level;
+pub use options::Options;
+pub use shape::{Ball, Shape};
+
+use crate::{Error, Result, asset::Sequence, report::Progress};
+
+/// Bytes that a build needs for one vertex in one frame, at most, the sequence included.
+pub const BYTES_EACH: u64 = 600;
+
+/// Builds the whole hierarchy of a sequence. Rows that coincide in every frame are one vertex; any number of components,
+/// boundaries and non-manifold edges are welcome; faces are counter-clockwise seen from outside, or no sphere has a radius.
+///
+/// # Errors
+/// [`Error::Asset`] naming the frame or triangle where the sequence cannot be used; [`Error::Argument`] for options out of
+/// range.
+pub fn build(
+    sequence: &Sequence,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Hierarchy> {
+    if options
+        .curvature
+        .is_some_and(|p| !(0.0..=100.0).contains(&p))
+    {
+        return Err(Error::argument(
+            "curvature",
+            "a percentile is from 0 to 100",
+        ));
+    }
+    if !(options.temporal >= 0.0 && options.temporal <= 1e9) {
+        return Err(Error::argument("temporal", "a weight is from 0 to 1e9"));
+    }
+    Ok(collapse::build(
+        input::Input::new(sequence)?,
+        options,
+        progress,
+    ))
+}

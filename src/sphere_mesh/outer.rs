@@ -1,0 +1,152 @@
+//! The outer surface of a shape: what of its solids' surfaces is in no other solid and can be seen from outside.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{
+    facets::{Facet, facets},
+    shape::{Shape, Solid},
+    tree::Tree,
+};
+use crate::mesh::{Mesh, TriangleGrid};
+
+/// Directions of sight, over the whole sphere.
+const SIGHTS: usize = 96;
+/// Sights that must be free: a shell open at mouth or eyes lets a few out.
+const FREE: usize = 3;
+/// How often a facet is quartered where another solid cuts it.
+const CUTS: usize = 2;
+
+/// Triangles of the outer surface, neither joined nor exactly cut: for measuring.
+///
+/// Facets are at most `size` long and at most a hundredth of that beside the round surface. Whether a facet is seen is
+/// asked of the surface itself, not of a flood of the space around it, for a sphere-mesh is often a shell with a hole.
+pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
+    let solids = shape.solids();
+    let boxes: Vec<_> = solids.iter().map(Solid::bounds).collect();
+    let chord = 0.01 * size;
+    let hidden = Hidden {
+        tree: Tree::new(&boxes),
+        solids: &solids,
+        depth: 2.0 * chord,
+        lift: 0.01 * size,
+    };
+
+    let open: Vec<Facet> = facets(shape, size, chord)
+        .into_par_iter()
+        .flat_map_iter(|facet| {
+            let mut kept = Vec::new();
+            hidden.cut(facet, CUTS, &mut kept);
+            kept
+        })
+        .collect();
+    // Whatever hides is hidden or not: whole solids, coarse, leave no gaps.
+    let coarse = facets(shape, f64::INFINITY, 0.1 * size);
+    let walls = soup(&coarse);
+    let grid = TriangleGrid::new(&walls);
+    let sights = sights();
+    let reach = 4.0 * f64::from(walls.diagonal());
+    let seen = |facet: &Facet| hidden.seen(&grid, facet, &sights, reach);
+    let patches: Vec<Vec<Facet>> = patches(open, 3.0 * size);
+    let kept = patches.into_par_iter().filter(|patch| {
+        // Sight changes slowly: two of three facets decide for a patch.
+        let [a, b, c] = [1, 2, 3].map(|k| &patch[k * patch.len() / 4]);
+        let (first, second) = (seen(a), seen(b));
+        if first == second { first } else { seen(c) }
+    });
+    kept.flatten_iter().collect()
+}
+
+/// Facets of one place that look the same way.
+fn patches(facets: Vec<Facet>, size: f64) -> Vec<Vec<Facet>> {
+    let mut patches = BTreeMap::<[i64; 4], Vec<Facet>>::new();
+    for facet in facets {
+        let [a, b, c] = facet;
+        let cell = ((a + b + c) / (3.0 * size)).floor();
+        let normal = (b - a).cross(c - a);
+        let octant = [normal.x, normal.y, normal.z].map(|x| i64::from(x > 0.0));
+        let key = [cell.x as i64, cell.y as i64, cell.z as i64];
+        let way = octant[0] + 2 * octant[1] + 4 * octant[2];
+        patches
+            .entry([key[0], key[1], key[2], way])
+            .or_default()
+            .push(facet);
+    }
+    patches.into_values().collect()
+}
+
+struct Hidden<'a> {
+    tree: Tree,
+    solids: &'a [Solid],
+    /// Depth from which on a point is inside: facets stand a little inside of the solid that they are of.
+    depth: f64,
+    /// Distance of the eye from the surface.
+    lift: f64,
+}
+
+impl Hidden<'_> {
+    fn at(&self, p: DVec3) -> bool {
+        self.tree
+            .any_at(p, |k| self.solids[k].distance(p) < -self.depth)
+    }
+
+    /// Keeps of a facet what is in no solid, quartering it where some of its corners are.
+    fn cut(&self, facet: Facet, cuts: usize, kept: &mut Vec<Facet>) {
+        let [a, b, c] = facet;
+        let count = facet.iter().filter(|p| self.at(**p)).count();
+        if count == 0 || count == 3 || cuts == 0 {
+            if !self.at((a + b + c) / 3.0) {
+                kept.push(facet);
+            }
+            return;
+        }
+        let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
+        for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            self.cut(part, cuts - 1, kept);
+        }
+    }
+}
+
+impl Hidden<'_> {
+    /// Whether enough sights from the middle of a facet are free. A sheet without thickness may be seen from either side;
+    /// a wire, which has no area, from all.
+    fn seen(&self, grid: &TriangleGrid<'_>, facet: &Facet, sights: &[DVec3], reach: f64) -> bool {
+        let [a, b, c] = facet;
+        let middle = (a + b + c) / 3.0;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let free = |normal: DVec3| {
+            let origin = middle + normal * self.lift;
+            let ahead = |s: &&DVec3| normal == DVec3::ZERO || s.dot(normal) > 0.1;
+            let all = sights.iter().filter(ahead);
+            let free = all.filter(|s| grid.first_hit(origin, **s, reach, |_| true).is_none());
+            free.take(FREE).count() == FREE
+        };
+        let behind = middle - normal * self.lift;
+        let thin = || {
+            !self
+                .tree
+                .any_at(behind, |k| self.solids[k].distance(behind) < 0.0)
+        };
+        free(normal) || (thin() && free(-normal))
+    }
+}
+
+fn soup(facets: &[Facet]) -> Mesh {
+    let corners: Vec<Vec3> = facets.iter().flatten().map(|p| p.as_vec3()).collect();
+    let rows = (0..facets.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    Mesh::new(corners, rows.collect())
+}
+
+fn sights() -> Vec<DVec3> {
+    let golden = std::f64::consts::PI * (1.0 + 5f64.sqrt());
+    let sight = |i: usize| {
+        // A prime stride: neighbours in the list are far from each other in direction.
+        let i = (i * 37 % SIGHTS) as f64 + 0.5;
+        let z = 1.0 - 2.0 * i / SIGHTS as f64;
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * (golden * i).cos(), r * (golden * i).sin(), z)
+    };
+    (0..SIGHTS).map(sight).collect()
+}

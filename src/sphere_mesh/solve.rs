@@ -1,0 +1,201 @@
+//! The best animated sphere for the union of two regions (2016, Eq. 9 and appendix A).
+
+use super::{
+    extent::Extents,
+    lanes::{LANES, V4, X4},
+    quadric::Quadrics,
+};
+
+/// A block is degenerate where det M is less than this share of (trace M)³.
+const DEGENERATE: f64 = 1e-6;
+
+/// The radius is 0 where its coefficient is less than this share of W.
+const FLAT: f64 = 1e-9;
+
+/// The unknowns that all frames share, and what they cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sphere {
+    /// Value of the quadric; not finite where nothing could be found.
+    pub(super) cost: f64,
+    pub(super) radius: f64,
+    /// Place on the edge from `u` to `v`, in frames whose block is degenerate.
+    lambda: f64,
+}
+
+/// Spheres of two regions to merge: `[axis][frame]`.
+pub(super) type Edge<'a> = [&'a [f32]; 2];
+
+/// The quadric with the centres of all regular frames eliminated:
+/// ½ μ λ² + ν λ r + ½ w r² - β λ - γ r + base.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reduced {
+    mu: f64,
+    nu: f64,
+    w: f64,
+    beta: f64,
+    gamma: f64,
+    base: f64,
+    /// W, against which w is judged.
+    whole: f64,
+}
+
+impl Reduced {
+    fn new(quadrics: &Quadrics, edge: Edge<'_>, u: usize, v: usize) -> Self {
+        let zero = X4::default();
+        let (mut nmn, mut nmb, mut bmb, mut c) = (zero, zero, zero, zero);
+        let (mut mu, mut nu, mut beta, mut gamma, mut base) = (zero, zero, zero, zero, zero);
+        let stride = quadrics.stride;
+        for at in (0..stride).step_by(LANES) {
+            let block = quadrics.sum(u, v, at);
+            let (adjugate, det) = block.m.adjugate();
+            let trace = block.m.trace();
+            let floor = trace * trace * trace * X4::splat(DEGENERATE);
+            let inverse = det.zip(floor, |d, f| if d > f { 1.0 / d } else { 0.0 });
+            let mn = adjugate.times(block.n).times(inverse);
+            nmn += block.n.dot(mn);
+            nmb += block.b.dot(mn);
+            bmb += block.b.dot(adjugate.times(block.b)) * inverse;
+            c += block.c;
+            // In degenerate frames the centre is on the edge; the others are blanked out.
+            let bad = inverse.map(|i| f64::from(u8::from(i == 0.0)));
+            let from = V4::widen(edge[0], stride, at);
+            let along = V4::widen(edge[1], stride, at) - from;
+            let (m_from, m_along) = (block.m.times(from), block.m.times(along));
+            mu += m_along.dot(along) * bad;
+            nu += block.n.dot(along) * bad;
+            beta += (block.b - m_from).dot(along) * bad;
+            gamma += block.n.dot(from) * bad;
+            let half = m_from.times(X4::splat(0.5));
+            base += (half - block.b).dot(from) * bad;
+        }
+        let (a, b) = (quadrics.sums[u], quadrics.sums[v]);
+        Self {
+            mu: mu.sum(),
+            nu: nu.sum(),
+            w: a.weight + b.weight - nmn.sum(),
+            beta: beta.sum(),
+            gamma: a.offset + b.offset - gamma.sum() - nmb.sum(),
+            base: a.constant + b.constant + c.sum() - 0.5 * bmb.sum() + base.sum(),
+            whole: a.weight + b.weight,
+        }
+    }
+
+    fn cost(&self, lambda: f64, r: f64) -> f64 {
+        0.5 * self.mu * lambda * lambda + self.nu * lambda * r + 0.5 * self.w * r * r
+            - self.beta * lambda
+            - self.gamma * r
+            + self.base
+    }
+
+    /// The least cost over λ in [0, 1] and r in [0, `bound`]: inside, on the sides, at the corners (appendix A). Of equal
+    /// costs the first is taken, so that a quadric that says nothing gives the middle of the edge and r = 0.
+    fn least(&self, bound: f64) -> Sphere {
+        // Planes that say nothing about the radius leave rounding errors in w.
+        let bound = if self.w > FLAT * self.whole {
+            bound
+        } else {
+            0.0
+        };
+        let mut best = Sphere {
+            cost: f64::INFINITY,
+            radius: 0.0,
+            lambda: 0.5,
+        };
+        let mut offer = |lambda: f64, radius: f64| {
+            // Not a number is not inside.
+            if (0.0..=1.0).contains(&lambda) && (0.0..=bound).contains(&radius) {
+                let cost = self.cost(lambda, radius);
+                if cost < best.cost {
+                    best = Sphere {
+                        cost,
+                        radius,
+                        lambda,
+                    };
+                }
+            }
+        };
+        let edgeless = self.mu <= 1e-12 * self.w.abs().max(f64::MIN_POSITIVE);
+        let straight = self.gamma / self.w;
+        if edgeless {
+            offer(0.5, 0.0);
+            offer(0.5, (straight - 0.5 * self.nu / self.w).clamp(0.0, bound));
+        } else {
+            let det = self.mu * self.w - self.nu * self.nu;
+            let lambda = (self.beta * self.w - self.nu * self.gamma) / det;
+            let radius = (self.mu * self.gamma - self.nu * self.beta) / det;
+            offer(0.5, 0.0);
+            offer(lambda, radius);
+            for r in [0.0, bound] {
+                offer(((self.beta - self.nu * r) / self.mu).clamp(0.0, 1.0), r);
+            }
+        }
+        for lambda in [0.0, 1.0] {
+            let radius = (self.gamma - lambda * self.nu) / self.w;
+            offer(lambda, radius.clamp(0.0, bound));
+            offer(lambda, 0.0);
+            offer(lambda, bound);
+        }
+        best
+    }
+}
+
+/// The sphere of least cost for the union of `u` and `v`. The radius is bound by the width of the union, or 0 without
+/// `extents` (the classic quadric).
+pub(super) fn sphere(
+    quadrics: &Quadrics,
+    extents: Option<&Extents>,
+    edge: Edge<'_>,
+    u: usize,
+    v: usize,
+) -> Sphere {
+    let reduced = Reduced::new(quadrics, edge, u, v);
+    let mut sphere = match extents {
+        None => reduced.least(0.0),
+        Some(extents) => {
+            // The exact bound is dear; where the best sphere of all is below what is known of it, it is not asked for.
+            let sphere = reduced.least(f64::MAX);
+            if sphere.radius <= extents.bound_from_below(u, v) {
+                sphere
+            } else {
+                reduced.least(extents.bound(u, v))
+            }
+        }
+    };
+    sphere.cost = if sphere.cost.is_finite() {
+        sphere.cost.max(0.0)
+    } else {
+        f64::INFINITY
+    };
+    sphere
+}
+
+/// Centres of a sphere that [`sphere`] found, `[axis][frame]`.
+pub(super) fn centres(
+    quadrics: &Quadrics,
+    edge: Edge<'_>,
+    u: usize,
+    v: usize,
+    sphere: &Sphere,
+    out: &mut [f32],
+) {
+    let stride = quadrics.stride;
+    for at in (0..stride).step_by(LANES) {
+        let block = quadrics.sum(u, v, at);
+        let (adjugate, det) = block.m.adjugate();
+        let trace = block.m.trace();
+        let floor = trace * trace * trace * X4::splat(DEGENERATE);
+        let inverse = det.zip(floor, |d, f| if d > f { 1.0 / d } else { 0.0 });
+        let pull = block.b - block.n.times(X4::splat(sphere.radius));
+        let free = adjugate.times(pull).times(inverse);
+        let from = V4::widen(edge[0], stride, at);
+        let along = V4::widen(edge[1], stride, at) - from;
+        let bound = from + along.times(X4::splat(sphere.lambda));
+        for k in 0..3 {
+            for lane in 0..LANES {
+                let good = inverse.0[lane] != 0.0;
+                let from = if good { free } else { bound };
+                out[k * stride + at + lane] = from.0[k].0[lane] as f32;
+            }
+        }
+    }
+}

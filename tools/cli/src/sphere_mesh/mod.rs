@@ -1,0 +1,118 @@
+//! `dermis sphere-mesh`: a captured or animated mesh as a few spheres.
+
+mod build;
+mod extract;
+mod info;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use dermis::{
+    Error, Result,
+    sphere_mesh::{Hierarchy, Level},
+};
+
+/// Approximate an animated mesh by animated spheres, joined by edges and triangles along which they are interpolated.
+#[derive(clap::Args)]
+#[command(after_help = "\
+SEQ is a folder of OBJ, PLY or OFF files, one a frame; a folder with rest.obj (faces) and frames.npy (NumPy, <f4,
+[frame][vertex][3]); a GLB or glTF with a clip that moves a skin or morph targets; or a single mesh. All frames have the same faces, counter-clockwise
+seen from outside.
+
+Examples:
+  dermis sphere-mesh build captured/ -o horse.dsm        all levels at once
+  dermis sphere-mesh info horse.dsm --spheres 46 --json -
+  dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
+  dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma")]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Build(build::Args),
+    Info(info::Args),
+    Extract(extract::Args),
+}
+
+pub(crate) fn run(args: &Args) -> Result<()> {
+    match &args.command {
+        Command::Build(args) => build::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Extract(args) => extract::run(args),
+    }
+}
+
+/// Which level of a hierarchy.
+#[derive(clap::Args, Clone, Debug)]
+struct LevelOptions {
+    /// Number of spheres.
+    #[arg(long, value_name = "N", required_unless_present = "error")]
+    spheres: Option<usize>,
+    /// As few spheres as keep this error: root mean square distance of the mesh's planes to the spheres, weighted as in the
+    /// build, in % of the bounding box's diagonal.
+    #[arg(long, value_name = "E", conflicts_with = "spheres", value_parser = crate::parse::not_negative)]
+    error: Option<f32>,
+    /// How the level's spheres are joined: as the nearest regions of the mesh touch, or as the collapses left them.
+    #[arg(long, value_enum, default_value = "nearest")]
+    connectivity: Connectivity,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Connectivity {
+    /// Every vertex goes to the nearest of its sphere and that one's neighbours first
+    Nearest,
+    /// As the collapses left it
+    Collapsed,
+}
+
+impl LevelOptions {
+    fn open(&self, hierarchy: &Hierarchy) -> Result<Level> {
+        let spheres = match (self.spheres, self.error) {
+            (Some(spheres), _) => spheres,
+            (None, Some(error)) => hierarchy.spheres_for(f64::from(error)),
+            (None, None) => return Err(Error::argument("--spheres", "not given")),
+        };
+        let level = hierarchy.level(spheres)?;
+        Ok(match self.connectivity {
+            Connectivity::Nearest => level.optimised(hierarchy),
+            Connectivity::Collapsed => level,
+        })
+    }
+}
+
+/// Where the next file goes wrong is found before the work: the folder must exist.
+fn check_folder(output: &Path) -> Result<()> {
+    let folder = output.parent().filter(|f| !f.as_os_str().is_empty());
+    match folder {
+        Some(folder) if !folder.is_dir() => {
+            let missing = std::io::ErrorKind::NotFound;
+            Err(Error::file(folder, missing.into()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A hierarchy's file.
+#[derive(clap::Args, Clone, Debug)]
+struct InputFile {
+    /// Sphere-mesh that `build` wrote.
+    #[arg(value_name = "X.dsm")]
+    file: PathBuf,
+}
+
+impl InputFile {
+    fn load(&self) -> Result<Hierarchy> {
+        Hierarchy::load(&self.file)
+    }
+}
+
+/// Greatest memory that this process has held so far, in bytes, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.split_ascii_whitespace().next()?.parse().ok()?;
+    Some(kib * 1024)
+}

@@ -1,0 +1,70 @@
+//! The sequence that a command is given.
+
+use std::path::{Path, PathBuf};
+
+use dermis::{
+    Error, Result,
+    asset::{self, Model, Room, Sequence},
+    rig, sphere_mesh,
+};
+
+use crate::parse;
+
+/// A sequence.
+#[derive(clap::Args, Clone, Debug)]
+pub(super) struct Source {
+    /// Folder of meshes, folder with rest.obj and frames.npy, skinned or morphed GLB or glTF, or one mesh.
+    #[arg(value_name = "SEQ")]
+    pub(super) sequence: PathBuf,
+    #[command(flatten)]
+    pub(super) clip: ClipOptions,
+}
+
+/// How a clip is sampled.
+#[derive(clap::Args, Clone, Debug)]
+pub(super) struct ClipOptions {
+    /// Clip of a GLB, by name or number; the first one otherwise.
+    #[arg(long, value_name = "NAME|INDEX")]
+    clip: Option<String>,
+    /// Frames a second at which a clip is sampled.
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse::positive)]
+    fps: f32,
+}
+
+impl Source {
+    pub(super) fn load(&self) -> Result<Sequence> {
+        load(&self.sequence, &self.clip)
+    }
+}
+
+/// Reads or samples a sequence that fits into memory together with its build.
+pub(super) fn load(path: &Path, options: &ClipOptions) -> Result<Sequence> {
+    let room = Room::available(sphere_mesh::BYTES_EACH);
+    let extension = path.extension().and_then(|e| e.to_str());
+    let gltf = extension.is_some_and(|e| ["glb", "gltf"].iter().any(|g| e.eq_ignore_ascii_case(g)));
+    if !gltf || path.is_dir() {
+        return asset::load_sequence(path, room);
+    }
+    let morphed = asset::load_morph(path, options.clip.as_deref(), options.fps, room)?;
+    if let Some(sequence) = morphed {
+        return Ok(sequence);
+    }
+    let model = asset::load(path)?;
+    let clip = match &options.clip {
+        Some(name) => find(&model, name)?,
+        None if model.clips.is_empty() => {
+            return Err(Error::asset(path, "/animations", "the file has no clip"));
+        }
+        None => 0,
+    };
+    rig::sequence(&model, clip, options.fps, room)
+}
+
+fn find(model: &Model, name: &str) -> Result<usize> {
+    let named = model.clips.iter().position(|clip| clip.name == name);
+    let numbered = || name.parse().ok().filter(|&row| row < model.clips.len());
+    named.or_else(numbered).ok_or_else(|| {
+        let names: Vec<&str> = model.clips.iter().map(|clip| clip.name.as_str()).collect();
+        Error::argument("--clip", format!("{name:?} is none of {names:?}"))
+    })
+}
