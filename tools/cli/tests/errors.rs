@@ -147,6 +147,20 @@ fn rigid_joints_and_controllers_name_the_joint() {
 }
 
 #[test]
+fn spines_name_the_joint() {
+    for (chain, named) in [
+        ("upper:wing", "wing"),
+        ("lower:upper", "no descendant"),
+        ("wing:lower", "wing"),
+    ] {
+        let error = refused_bake(&["--spine", chain]);
+        assert!(error.contains(named), "{error}");
+    }
+    let error = refused_bake(&["--spine", "upper:lower", "--spine", "lower:lower"]);
+    assert!(error.contains("in two spines"), "{error}");
+}
+
+#[test]
 fn bad_profiles_are_named_with_file_and_place() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("curve.json");

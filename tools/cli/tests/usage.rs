@@ -105,6 +105,7 @@ fn json_on_standard_output_is_alone_there() {
         "triangles",
         "components",
         "rigid_vertices",
+        "spines",
         "joints",
         "clips",
         "extensions",
