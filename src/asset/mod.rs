@@ -13,7 +13,7 @@ pub use export::{
     SurfaceMesh, write_atomic, write_glb_morph, write_glb_skinned, write_glb_spheres, write_obj,
     write_ply, write_surface,
 };
-pub use import::{ROW_LIMIT, load, load_morph};
+pub use import::{ROW_LIMIT, load, load_morph, load_still};
 pub use model::{
     Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property, Spine,
 };

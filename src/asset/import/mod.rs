@@ -17,12 +17,14 @@ mod rigid;
 mod schema;
 mod skeleton;
 mod spine;
+mod still;
 #[cfg(test)]
 mod tests;
 mod uri;
 pub(super) mod weights;
 
 pub use morph::load_morph;
+pub use still::load_still;
 
 use std::{collections::BTreeSet, path::Path};
 

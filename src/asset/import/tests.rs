@@ -3,6 +3,7 @@
 
 mod rigid;
 mod spine;
+mod still;
 
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use std::{collections::HashMap, path::Path};
 
 use dermis::{
     Error, Result,
-    asset::{self, Model, Primitive},
+    asset::{self, Model, Primitive, Surface},
     mesh, rig,
 };
 use glam::{DVec3, Quat};
@@ -25,9 +25,13 @@ pub(super) struct Shape {
 
 impl Shape {
     pub(super) fn load(path: &Path) -> Result<Self> {
-        let (model, upright) = match asset::is_surface(path) {
-            true => (surface(path)?, Quat::IDENTITY),
-            false => {
+        let still = match asset::is_surface(path) {
+            true => Some(asset::load_surface(path)?),
+            false => asset::load_still(path)?,
+        };
+        let (model, upright) = match still {
+            Some(surface) => (without_joints(path, surface), Quat::IDENTITY),
+            None => {
                 let model = asset::load(path)?;
                 let upright = poses::rotation(&rig::scene_from_rest(&model));
                 (model, upright)
@@ -71,9 +75,7 @@ impl Shape {
     }
 }
 
-/// A mesh without joints.
-fn surface(path: &Path) -> Result<Model> {
-    let surface = asset::load_surface(path)?;
+fn without_joints(path: &Path, surface: Surface) -> Model {
     let (rows, triangles) = (surface.positions.len(), surface.triangles.len());
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut model = Model {
@@ -89,7 +91,7 @@ fn surface(path: &Path) -> Result<Model> {
         ..Model::default()
     };
     model.normals = normals(&model);
-    Ok(model)
+    model
 }
 
 /// Area-weighted; +z where there is no area.
