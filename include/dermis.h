@@ -624,7 +624,10 @@ typedef struct dm_skin {
     float *fields;
     /* Iso-value of the vertex; 0 for geometric methods and vertices. */
     float *isos;
-    /* 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way. */
+    /*
+     0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way,
+     5 past the limit of its spine's map.
+     */
     uint8_t *states;
     /* Joint of the vertex's part. */
     uint16_t *bones;

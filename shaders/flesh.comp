@@ -17,7 +17,7 @@ layout(set = 0, binding = 2) uniform samplerBuffer spine_weights;
 layout(set = 0, binding = 3) uniform samplerBuffer spine_points; // w: joint
 layout(set = 0, binding = 4) uniform samplerBuffer palette;
 layout(set = 0, binding = 5, std430) buffer SkinPositions { vec4 skin_position[]; };
-layout(set = 0, binding = 6, std430) buffer SkinNormals { vec4 skin_normal[]; };
+layout(set = 0, binding = 6, std430) buffer SkinNormals { vec4 skin_normal[]; }; // w: 1 past the limit, else 0
 layout(push_constant) uniform Constants {
     uint count; // rows that follow a spine
     uint rows; // of the file
@@ -108,9 +108,10 @@ void main() {
 
     // Past its limit the map keeps no volume: there the skin goes back to that of the method.
     uint to = part(constants.rows) + row;
-    float w = straight.z * smoothstep(0.0, WHOLE_ROOM, 1.0 - dot(curvature, offset) / limit_of(uint(frame.w)));
+    float left = 1.0 - dot(curvature, offset) / limit_of(uint(frame.w));
+    float w = straight.z * smoothstep(0.0, WHOLE_ROOM, left);
     vec4 skin = skin_position[to];
     vec3 n = mix(skin_normal[to].xyz, normal / max(length(normal), 1e-20), w);
     skin_position[to] = vec4(mix(skin.xyz, place, w), skin.w);
-    skin_normal[to] = vec4(n / max(length(n), 1e-20), 0.0);
+    skin_normal[to] = vec4(n / max(length(n), 1e-20), left > 0.0 ? 0.0 : 1.0);
 }

@@ -67,7 +67,8 @@ const uint ON_ISO = 1u;
 const uint CONTACT = 2u;
 const uint OUTSIDE = 3u;
 const uint LIMIT = 4u;
-const uint LIVE = 5u;
+const uint PAST_LIMIT = 5u;
+const uint LIVE = 6u;
 
 // A status word: state in bits 0–7, evaluations in 8–15, fetches in 16–30 (both saturate), strayed in 31.
 const uint STRAYED = 0x80000000u;

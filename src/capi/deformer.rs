@@ -32,7 +32,8 @@ pub struct dm_skin {
     pub fields: *mut f32,
     /// Iso-value of the vertex; 0 for geometric methods and vertices.
     pub isos: *mut f32,
-    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way.
+    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way,
+    /// 5 past the limit of its spine's map.
     pub states: *mut u8,
     /// Joint of the vertex's part.
     pub bones: *mut u16,

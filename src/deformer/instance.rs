@@ -113,7 +113,11 @@ impl Instance<'_> {
                 .map(|v| followed_iso(status[v], iso[v]))
                 .collect(),
             state: vertices()
-                .map(|v| reported_state(status[v], iso[v], implicit && !rig.geometric[v]))
+                .zip(&normals)
+                .map(|(v, n)| match n[3] {
+                    0.0 => reported_state(status[v], iso[v], implicit && !rig.geometric[v]),
+                    _ => state::PAST_LIMIT as u8,
+                })
                 .collect(),
             bone: vertices().map(|v| rig.part[v]).collect(),
         })

@@ -61,7 +61,8 @@ pub struct Skin {
     pub field: Vec<f32>,
     /// Iso-value of the vertex; 0 for geometric methods and vertices.
     pub iso: Vec<f32>,
-    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way.
+    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way,
+    /// 5 past the limit of its spine's map.
     pub state: Vec<u8>,
     /// Joint row of the vertex's part.
     pub bone: Vec<u16>,

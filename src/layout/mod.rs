@@ -55,8 +55,10 @@ pub mod state {
     pub const OUTSIDE: u32 = 3;
     /// Stopped by the iteration limit or, in tracking, on its way to where it settles.
     pub const LIMIT: u32 = 4;
+    /// Past the limit of the map of its spine (2013, Eqs. 9, 13, 17).
+    pub const PAST_LIMIT: u32 = 5;
     /// Still on its way; only while a frame runs.
-    pub const LIVE: u32 = 5;
+    pub const LIVE: u32 = 6;
 
     /// State in a status word.
     pub fn of(status: u32) -> u32 {

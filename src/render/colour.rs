@@ -50,15 +50,23 @@ impl FromStr for Shading {
 pub const ERROR_SCALE: f32 = 5e-3;
 
 /// Names of the states, by number.
-pub const STATES: [&str; 5] = ["untouched", "on iso-value", "contact", "outside", "limit"];
+pub const STATES: [&str; 6] = [
+    "untouched",
+    "on iso-value",
+    "contact",
+    "outside",
+    "limit",
+    "spine's limit",
+];
 
 /// Lightness, chroma and hue (degrees) in OKLCH of each state.
-const STATE_COLOURS: [[f32; 3]; 5] = [
+const STATE_COLOURS: [[f32; 3]; 6] = [
     [0.72, 0.0, 0.0],
     [0.84, 0.045, 65.0],
     [0.74, 0.165, 55.0],
     [0.60, 0.14, 255.0],
     [0.55, 0.22, 27.0],
+    [0.42, 0.16, 310.0],
 ];
 
 /// Lightness falls steadily, so that the order of the scale survives shading and colour blindness.
@@ -122,7 +130,7 @@ pub fn colours(shading: Shading, skin: &Attributes) -> Result<Vec<Vec3>> {
     })
 }
 
-/// Colour of a state; what is no state looks like the limit.
+/// Colour of a state; what is no state looks like the last.
 pub(super) fn state_colour(state: u8) -> Vec3 {
     let last = STATE_COLOURS.len() - 1;
     oklch(STATE_COLOURS[(state as usize).min(last)])
@@ -209,7 +217,7 @@ mod tests {
             let difference = |i: usize| encode(a)[i].abs_diff(encode(b)[i]) as u32;
             (0..3).map(difference).sum::<u32>() > 40
         };
-        for a in 0..5 {
+        for a in 0..6 {
             assert!((0..a).all(|b| apart(state_colour(a), state_colour(b))));
         }
         for bone in 0..80 {

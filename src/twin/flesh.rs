@@ -32,7 +32,8 @@ pub fn run(args: &mut Args<'_>) {
         let place = skin.lerp(place, weight).as_vec3();
         position[to][..3].copy_from_slice(&place.to_array());
         let mixed = old.lerp(turned, weight).normalize_or_zero();
-        normal[to] = mixed.as_vec3().extend(0.0).to_array();
+        let past = if left > 0.0 { 0.0 } else { 1.0 };
+        normal[to] = mixed.as_vec3().extend(past).to_array();
     }
 }
 

@@ -21,7 +21,8 @@ pub struct PlyFrame<'a> {
     pub field: &'a [f32],
     /// Iso-value that each vertex keeps.
     pub iso: &'a [f32],
-    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way.
+    /// 0 untouched, 1 on its iso-value, 2 stopped in contact, 3 outside every field, 4 iteration limit or, in tracking, on its way,
+    /// 5 past the limit of its spine's map.
     pub state: &'a [u8],
     /// Joint row whose part each vertex belongs to.
     pub bone: &'a [u16],

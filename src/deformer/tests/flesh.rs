@@ -249,8 +249,9 @@ fn the_limit_is_passed_without_a_jump() {
             vec![Vec3::Z; 3000],
             map,
         );
-        for angle in [0.4f32, 1.0, -0.7] {
-            let skin = moved(&device, &rig, &chain(&turns(true, angle)));
+        for angle in [0.4f32, 0.8, -0.7] {
+            let bent = chain(&[Mat4::from_rotation_z(angle); JOINTS]);
+            let skin = moved(&device, &rig, &bent);
             for pair in skin.positions.windows(2) {
                 let step = pair[0].distance(pair[1]);
                 assert!(
@@ -259,6 +260,12 @@ fn the_limit_is_passed_without_a_jump() {
                 );
             }
             assert!(skin.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-3));
+            // Bent towards the points, all from the limit on say so; away from them, none has one.
+            let past = skin.state.iter().position(|s| *s != 0).unwrap_or(3000);
+            assert_eq!(angle > 0.0, past < 3000, "{map:?} {angle}: {past}");
+            let [before, after] = [&skin.state[..past], &skin.state[past..]];
+            let is = |rows: &[u8], state: u32| rows.iter().all(|s| u32::from(*s) == state);
+            assert!(is(before, state::UNTOUCHED) && is(after, state::PAST_LIMIT));
         }
     }
 }

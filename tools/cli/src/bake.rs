@@ -28,7 +28,8 @@ use crate::{
 #[derive(clap::Args)]
 #[command(after_help = "\
 A PLY holds, a vertex in the file's order: x y z nx ny nz field iso state bone. State: 0 untouched, 1 on its iso-value,
-2 stopped in contact, 3 outside every field, 4 iteration limit.
+2 stopped in contact, 3 outside every field, 4 iteration limit,
+5 past the limit of a spine's map.
 
 A pose file is {\"joint\": [x, y, z, w]} or {\"joint\": {\"axis\": [0, 0, 1], \"degrees\": 90}}, or a list of such objects;
 a rotation is applied after the joint's bind rotation, in the joint's own frame.
@@ -230,8 +231,12 @@ fn summary(report: &Report) -> String {
             count(all.iteration_limit)
         )
     });
+    let limit = match all.past_limit {
+        0 => String::new(),
+        n => format!(", {} past the limit of their spine", count(n)),
+    };
     format!(
-        "{}: {} frames of {} ({}, {}), {} vertices{quality}, {ms:.1} ms a frame on {}",
+        "{}: {} frames of {} ({}, {}), {} vertices{quality}{limit}, {ms:.1} ms a frame on {}",
         report.output,
         frames,
         report.file,

@@ -21,6 +21,8 @@ pub(crate) struct Settled {
     pub(crate) contact: usize,
     /// Rows that ran into the iteration limit or, in tracking, are on their way.
     pub(crate) iteration_limit: usize,
+    /// Rows past the limit of their spine's map.
+    pub(crate) past_limit: usize,
 }
 
 impl Settled {
@@ -31,12 +33,13 @@ impl Settled {
         };
         for ((&state, &field), &iso) in skin.state.iter().zip(&skin.field).zip(&skin.iso) {
             let contact = state == state::CONTACT;
-            if state != state::OUTSIDE && state != state::UNTOUCHED {
+            if ![state::OUTSIDE, state::UNTOUCHED, state::PAST_LIMIT].contains(&state) {
                 all.inside += 1;
                 all.settled += usize::from(contact || (field - iso).abs() <= TOLERANCE);
             }
             all.contact += usize::from(contact);
             all.iteration_limit += usize::from(state == state::ITERATION_LIMIT);
+            all.past_limit += usize::from(state == state::PAST_LIMIT);
         }
         all
     }
@@ -53,6 +56,7 @@ mod state {
     pub(super) const CONTACT: u8 = 2;
     pub(super) const OUTSIDE: u8 = 3;
     pub(super) const ITERATION_LIMIT: u8 = 4;
+    pub(super) const PAST_LIMIT: u8 = 5;
 }
 
 impl AddAssign for Settled {
@@ -62,6 +66,7 @@ impl AddAssign for Settled {
         self.settled += other.settled;
         self.contact += other.contact;
         self.iteration_limit += other.iteration_limit;
+        self.past_limit += other.past_limit;
     }
 }
 
@@ -72,19 +77,20 @@ mod tests {
     #[test]
     fn contact_and_small_errors_settle_and_vertices_outside_do_not_count() {
         let skin = Skin {
-            positions: vec![glam::Vec3::ZERO; 5],
-            field: vec![0.5, 0.5, 0.9, 0.0, 0.6],
-            iso: vec![0.5, 0.5005, 0.5, 0.5, 0.5],
-            state: vec![0, 1, 2, 3, 4],
+            positions: vec![glam::Vec3::ZERO; 6],
+            field: vec![0.5, 0.5, 0.9, 0.0, 0.6, 0.0],
+            iso: vec![0.5, 0.5005, 0.5, 0.5, 0.5, 0.0],
+            state: vec![0, 1, 2, 3, 4, 5],
             ..Skin::default()
         };
         let settled = Settled::of(&skin);
         let expected = Settled {
-            vertices: 5,
+            vertices: 6,
             inside: 3,
             settled: 2,
             contact: 1,
             iteration_limit: 1,
+            past_limit: 1,
         };
         assert_eq!(settled, expected);
         assert_eq!(settled.share(), Some(2.0 / 3.0));
