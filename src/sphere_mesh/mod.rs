@@ -2,9 +2,10 @@
 //! radii, joined by edges and triangles along which they are interpolated.
 //!
 //! [`build`] collapses edges until nothing is left to collapse and keeps every step in a [`Hierarchy`], whose
-//! [`Level`]s have any number of spheres.
+//! [`Level`]s have any number of spheres. [`Collider`] says where moving spheres meet one of them.
 
 mod collapse;
+mod collide;
 mod curvature;
 mod distance;
 mod export;
@@ -26,6 +27,7 @@ mod tests;
 mod topology;
 mod tree;
 
+pub use collide::{Collider, Hit, Sweep};
 pub use distance::{Distances, Sheets, distances, surface_facets};
 pub use export::write_ma;
 pub use extract::{Skin, extract};

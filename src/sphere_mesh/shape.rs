@@ -91,8 +91,13 @@ impl Solid {
 
     /// Signed distance to the surface, exact: negative inside.
     pub(super) fn distance(&self, p: DVec3) -> f64 {
+        self.nearest(p).distance(p)
+    }
+
+    /// The interpolated sphere whose surface is nearest, or that holds the point deepest.
+    pub(super) fn nearest(&self, p: DVec3) -> Ball {
         match self {
-            Solid::Ball(ball) => ball.distance(p),
+            Solid::Ball(ball) => *ball,
             Solid::Cone([a, b]) => cone(p, a, b),
             Solid::Slab(corners) => slab(p, corners),
         }
@@ -100,8 +105,17 @@ impl Solid {
 }
 
 impl Ball {
-    fn distance(&self, p: DVec3) -> f64 {
+    /// Signed distance to the surface.
+    pub(super) fn distance(&self, p: DVec3) -> f64 {
         p.distance(self.centre) - self.radius
+    }
+
+    fn nearer(self, other: Self, p: DVec3) -> Self {
+        if other.distance(p) < self.distance(p) {
+            other
+        } else {
+            self
+        }
     }
 }
 
@@ -109,20 +123,22 @@ impl Ball {
 ///
 /// With sin φ = (r_a - r_b) / |ab| the normal of the cone is cos φ outwards and sin φ along, so that a point at y along the
 /// axis and x beside it belongs to s = y - x tan φ. Without a cone (|ab| <= |r_a - r_b|) one end holds the other.
-fn cone(p: DVec3, a: &Ball, b: &Ball) -> f64 {
+fn cone(p: DVec3, a: &Ball, b: &Ball) -> Ball {
     let axis = b.centre - a.centre;
     let length = axis.length();
     let sin = (a.radius - b.radius) / length;
     if length == 0.0 || sin.abs() >= 1.0 {
-        return a.distance(p).min(b.distance(p));
+        return a.nearer(*b, p);
     }
     let axis = axis / length;
     let from = p - a.centre;
     let y = from.dot(axis);
     let x = (from.length_squared() - y * y).max(0.0).sqrt();
     let s = (y - x * sin / (1.0 - sin * sin).sqrt()).clamp(0.0, length);
-    let radius = a.radius - sin * s;
-    (x * x + (y - s) * (y - s)).sqrt() - radius
+    Ball {
+        centre: a.centre + axis * s,
+        radius: a.radius - sin * s,
+    }
 }
 
 /// In-plane gradient of the radius over a triangle, the plane's unit normal; `None` where the centres are collinear or the
@@ -143,7 +159,7 @@ pub(super) fn gradient([a, b, c]: &[Ball; 3]) -> Option<(DVec3, DVec3)> {
 /// As for a cone: the free minimum over the plane, and where that is outside of the triangle, the sides.
 ///
 /// At the minimum the centre is at x = foot + g |h| / √(1 - g²) for a point at height h and the gradient g of the radius.
-fn slab(p: DVec3, corners: &[Ball; 3]) -> f64 {
+fn slab(p: DVec3, corners: &[Ball; 3]) -> Ball {
     let [a, b, c] = corners;
     if let Some((gradient, normal)) = gradient(corners) {
         let height = (p - a.centre).dot(normal);
@@ -151,10 +167,15 @@ fn slab(p: DVec3, corners: &[Ball; 3]) -> f64 {
         let x = p - normal * height + gradient * (height.abs() / slope);
         let inside = |p: DVec3, q: DVec3| (q - p).cross(x - p).dot(normal) >= 0.0;
         if inside(a.centre, b.centre) && inside(b.centre, c.centre) && inside(c.centre, a.centre) {
-            return p.distance(x) - (a.radius + gradient.dot(x - a.centre));
+            return Ball {
+                centre: x,
+                radius: a.radius + gradient.dot(x - a.centre),
+            };
         }
     }
-    cone(p, a, b).min(cone(p, b, c)).min(cone(p, c, a))
+    cone(p, a, b)
+        .nearer(cone(p, b, c), p)
+        .nearer(cone(p, c, a), p)
 }
 
 #[cfg(test)]
