@@ -1,9 +1,10 @@
-//! Files in and out: glTF characters and OBJ, PLY and OFF meshes in; GLB, PLY and OBJ out. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
+//! Files in and out: glTF characters and OBJ, PLY and OFF meshes in; GLB, PLY and OBJ out; NumPy arrays either way. [`Arrays`] make a character without a file. The only user of the `gltf` crate.
 
 mod arrays;
 mod export;
 mod import;
 mod model;
+mod npy;
 mod sequence;
 mod surface;
 
@@ -17,5 +18,6 @@ pub use import::{ROW_LIMIT, load, load_morph, load_still};
 pub use model::{
     Channel, Clip, Influence, Interpolation, Joint, Model, Node, Primitive, Property, Spine,
 };
+pub use npy::{load_rows, write_rows};
 pub use sequence::{Room, Sequence, load_sequence};
 pub use surface::{Surface, is_surface, load_surface};

@@ -1,18 +1,21 @@
 //! Captured animations in: a folder of meshes, a folder with `rest.obj` and `frames.npy`, or a single mesh.
 
-mod npy;
 #[cfg(test)]
 mod tests;
 
 use std::{
     cmp::Ordering,
     fs,
+    io::Read,
     path::{Path, PathBuf},
 };
 
 use glam::Vec3;
 
-use super::{ROW_LIMIT, Surface, is_surface, load_surface};
+use super::{
+    ROW_LIMIT, Surface, is_surface, load_surface,
+    npy::{Head, Kind},
+};
 use crate::{Error, Result};
 
 /// The same mesh at several moments.
@@ -104,8 +107,16 @@ fn array_of(folder: &Path, array: &Path, room: Room) -> Result<Sequence> {
         let reason = "frames.npy without a rest.obj, rest.ply or rest.off that has the faces";
         return Err(Error::asset(folder, "folder", reason));
     };
-    let head = npy::Head::read(array)?;
-    let [count, vertices, _] = head.shape;
+    let head = Head::read(array, &[Kind::Single])?;
+    let (count, vertices) = match head.shape[..] {
+        [frames, vertices, 3] if frames > 0 && vertices > 0 && vertices <= ROW_LIMIT => {
+            (frames, vertices)
+        }
+        _ => {
+            let reason = format!("{:?}, not (frames, vertices, 3)", head.shape);
+            return Err(Error::asset(array, "shape", reason));
+        }
+    };
     room.check(folder, vertices, count)?;
     let Surface {
         positions,
@@ -122,8 +133,28 @@ fn array_of(folder: &Path, array: &Path, room: Room) -> Result<Sequence> {
     Ok(Sequence {
         path: folder.to_owned(),
         triangles,
-        frames: head.frames(array)?,
+        frames: frames_of(&head, array, count, vertices)?,
     })
+}
+
+/// The array's numbers, frame by frame.
+fn frames_of(head: &Head, path: &Path, count: usize, vertices: usize) -> Result<Vec<Vec<Vec3>>> {
+    let mut file = head.numbers(path)?;
+    let mut bytes = vec![0; vertices * 12];
+    let mut all = Vec::with_capacity(count);
+    for frame in 0..count {
+        file.read_exact(&mut bytes)
+            .map_err(|e| Error::file(path, e))?;
+        let numbers = bytes.as_chunks::<4>().0.as_chunks::<3>().0;
+        let row = |xyz: &[[u8; 4]; 3]| Vec3::from(xyz.map(f32::from_le_bytes));
+        let rows: Vec<Vec3> = numbers.iter().map(row).collect();
+        if let Some(vertex) = rows.iter().position(|p| !p.is_finite()) {
+            let element = format!("frame {frame}, vertex {vertex}");
+            return Err(Error::asset(path, element, "its position is not finite"));
+        }
+        all.push(rows);
+    }
+    Ok(all)
 }
 
 fn meshes(path: &Path, files: &[PathBuf], room: Room) -> Result<Sequence> {

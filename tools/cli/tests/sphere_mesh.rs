@@ -237,3 +237,84 @@ fn a_gallop_is_nearer_to_spheres_than_to_triangles() {
         "{info}"
     );
 }
+
+/// A NumPy array of rows of 7.
+fn rows(path: &Path, kind: &str, rows: &[[f64; 7]]) {
+    let shape = format!("({}, 7)", rows.len());
+    let head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((head.len() as u16).to_le_bytes());
+    bytes.extend(head.bytes());
+    for &x in rows.as_flattened() {
+        match kind {
+            "<f4" => bytes.extend((x as f32).to_le_bytes()),
+            _ => bytes.extend(x.to_le_bytes()),
+        }
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn segments_collide_with_a_level() {
+    let dir = tempfile::tempdir().unwrap();
+    let captured = sequence(dir.path(), 3);
+    let (dsm, segments) = (dir.path().join("box.dsm"), dir.path().join("s.npy"));
+    let hits = dir.path().join("hits.npy");
+    good(&["sphere-mesh", "build", &captured, "-o", text(&dsm), "-q"]);
+    // One a vertex: the mesh itself. Its box is 2 long in the first frame, 3 in the last.
+    let collide = |frame: &str| {
+        let words = ["sphere-mesh", "collide", text(&dsm), "--spheres", "8"];
+        let files = ["--segments", text(&segments), "-o", text(&hits)];
+        let rest = ["--frame", frame, "--json", "-", "-q"];
+        let all = [&words[..], &files[..], &rest[..]].concat();
+        all.into_iter().map(String::from).collect::<Vec<_>>()
+    };
+    let wanted: [[f64; 7]; 3] = [
+        [9.0, 0.25, 0.3, 1.0, 0.25, 0.3, 0.25],
+        [9.0, 0.25, 0.3, 8.0, 0.25, 0.3, 0.25],
+        [1.0, 0.25, -0.125, 1.0, 0.25, 9.0, 0.25],
+    ];
+    for kind in ["<f4", "<f8"] {
+        rows(&segments, kind, &wanted);
+        for (frame, side) in [("0", 2.0), ("2", 3.0)] {
+            let report: Value = serde_json::from_str(&good(&collide(frame))).unwrap();
+            assert_eq!(report["segments"], 3);
+            assert_eq!(report["hits"], 2);
+            assert_eq!(report["pushed_out"], 1);
+            let bytes = fs::read(&hits).unwrap();
+            let numbers = bytes[bytes.len() - 3 * 56..].as_chunks::<8>().0;
+            let numbers: Vec<f64> = numbers.iter().map(|b| f64::from_le_bytes(*b)).collect();
+            let position = side + 0.25;
+            let close = |k: usize, expected: &[f64]| {
+                for (a, b) in numbers[k..].iter().zip(expected) {
+                    assert!((a - b).abs() < 1e-5, "{numbers:?} {expected:?}");
+                }
+            };
+            close(
+                0,
+                &[(9.0 - position) / 8.0, position, 0.25, 0.3, 1.0, 0.0, 0.0],
+            );
+            assert_eq!(numbers[7], f64::INFINITY);
+            close(8, &[8.0, 0.25, 0.3, 0.0, 0.0, 0.0]);
+            close(14, &[0.0, 1.0, 0.25, -0.25, 0.0, 0.0, -1.0]);
+        }
+    }
+    fs::remove_file(&hits).unwrap();
+    let mut bad = wanted;
+    bad[1][6] = -1.0;
+    rows(&segments, "<f8", &bad);
+    let error = refused(&collide("0"));
+    assert!(
+        error.contains("s.npy: row 1: the radius is negative"),
+        "{error}"
+    );
+    bad[2][4] = f64::NAN;
+    rows(&segments, "<f8", &bad);
+    let error = refused(&collide("0"));
+    assert!(error.contains("s.npy: row 2: column 4"), "{error}");
+    rows(&segments, "<f8", &wanted);
+    assert!(refused(&collide("3")).contains("--frame"));
+    fs::write(&segments, "x,y,z").unwrap();
+    assert!(refused(&collide("0")).contains("s.npy: header"));
+    assert!(!hits.exists());
+}

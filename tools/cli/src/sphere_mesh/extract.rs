@@ -10,7 +10,7 @@ use dermis::{
 };
 use serde::Serialize;
 
-use super::{InputFile, LevelOptions, check_folder};
+use super::{InputFile, LevelOptions, check_folder, check_frame};
 use crate::{
     console::{self, Console},
     options::ReportOptions,
@@ -84,13 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let format = format(&args.output)?;
     check_folder(&args.output)?;
     let hierarchy = args.input.load()?;
-    if args.frame >= hierarchy.frames {
-        let reason = format!(
-            "{}, but there are {} frames from 0",
-            args.frame, hierarchy.frames
-        );
-        return Err(Error::argument("--frame", reason));
-    }
+    check_frame(&hierarchy, args.frame)?;
     let level = args.level.open(&hierarchy)?;
     let mut report = Report {
         file: args.input.file.display().to_string(),

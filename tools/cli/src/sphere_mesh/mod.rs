@@ -1,6 +1,7 @@
 //! `dermis sphere-mesh`: a captured or animated mesh as a few spheres.
 
 mod build;
+mod collide;
 mod extract;
 mod info;
 mod source;
@@ -24,7 +25,8 @@ Examples:
   dermis sphere-mesh build captured/ -o horse.dsm        all levels at once
   dermis sphere-mesh info horse.dsm --spheres 46 --json -
   dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
-  dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma")]
+  dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
+  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -35,6 +37,7 @@ enum Command {
     Build(build::Args),
     Info(info::Args),
     Extract(extract::Args),
+    Collide(collide::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -42,6 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Build(args) => build::run(args),
         Command::Info(args) => info::run(args),
         Command::Extract(args) => extract::run(args),
+        Command::Collide(args) => collide::run(args),
     }
 }
 
@@ -93,6 +97,16 @@ fn check_folder(output: &Path) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// The frame must be one that the hierarchy has.
+fn check_frame(hierarchy: &Hierarchy, frame: usize) -> Result<()> {
+    if frame < hierarchy.frames {
+        return Ok(());
+    }
+    let frames = hierarchy.frames;
+    let reason = format!("{frame}, but there are {frames} frames from 0");
+    Err(Error::argument("--frame", reason))
 }
 
 /// A hierarchy's file.
