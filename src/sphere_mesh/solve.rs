@@ -2,7 +2,7 @@
 
 use super::{
     extent::Extents,
-    lanes::{LANES, V4, X4},
+    lanes::{LANES, S4, V4, X4},
     quadric::Quadrics,
 };
 
@@ -11,6 +11,16 @@ const DEGENERATE: f64 = 1e-6;
 
 /// The radius is 0 where its coefficient is less than this share of W.
 const FLAT: f64 = 1e-9;
+
+/// The adjugate, and the factor that makes it the inverse: 0 in the lanes that are degenerate.
+#[inline(always)]
+fn inverse(m: &S4) -> (S4, X4) {
+    let (adjugate, det) = m.adjugate();
+    let trace = m.trace();
+    let floor = trace * trace * trace * X4::splat(DEGENERATE);
+    let factor = det.zip(floor, |d, f| if d > f { 1.0 / d } else { 0.0 });
+    (adjugate, factor)
+}
 
 /// The unknowns that all frames share, and what they cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,10 +57,7 @@ impl Reduced {
         let stride = quadrics.stride;
         for at in (0..stride).step_by(LANES) {
             let block = quadrics.sum(u, v, at);
-            let (adjugate, det) = block.m.adjugate();
-            let trace = block.m.trace();
-            let floor = trace * trace * trace * X4::splat(DEGENERATE);
-            let inverse = det.zip(floor, |d, f| if d > f { 1.0 / d } else { 0.0 });
+            let (adjugate, inverse) = inverse(&block.m);
             let mn = adjugate.times(block.n).times(inverse);
             nmn += block.n.dot(mn);
             nmb += block.b.dot(mn);
@@ -181,10 +188,7 @@ pub(super) fn centres(
     let stride = quadrics.stride;
     for at in (0..stride).step_by(LANES) {
         let block = quadrics.sum(u, v, at);
-        let (adjugate, det) = block.m.adjugate();
-        let trace = block.m.trace();
-        let floor = trace * trace * trace * X4::splat(DEGENERATE);
-        let inverse = det.zip(floor, |d, f| if d > f { 1.0 / d } else { 0.0 });
+        let (adjugate, inverse) = inverse(&block.m);
         let pull = block.b - block.n.times(X4::splat(sphere.radius));
         let free = adjugate.times(pull).times(inverse);
         let from = V4::widen(edge[0], stride, at);
