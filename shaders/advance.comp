@@ -54,7 +54,7 @@ float stir_around(vec3 x, vec3 before, float far) {
             uint i = pair * 64u + take_bit(bits);
             vec3 at = in_box(field_box(i), x), inside = min(at, 1.0 - at);
             float presence = clamp(FADING * min(inside.x, min(inside.y, inside.z)), 0.0, 1.0);
-            uint joint = (field_word(i, LAST_CELL) >> 16) * JOINT_TEXELS;
+            uint joint = joint_of(field_word(i, LAST_CELL)) * JOINT_TEXELS;
             float apart = field_word(i, TILE) >> 24 == NO_MOTION ? far : distance(carry(joint + CHANGE, vec4(before, 1.0)), x);
             stir = any_left ? max(stir, presence * apart) : stir;
         } while ((bits.x | bits.y) != 0u);

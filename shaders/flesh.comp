@@ -41,16 +41,26 @@ float scale_of(uint joint) {
     return pow(abs(dot(a, cross(b, c))), 1.0 / 3.0);
 }
 
-void main() {
-    if (gl_GlobalInvocationID.x >= constants.count) {
-        return;
-    }
-    uint at = FLESH_TEXELS * gl_GlobalInvocationID.x, words = 4u * at + 24u;
-    vec4 tangent = fetch(flesh_rows, at), side = fetch(flesh_rows, at + 1u), straight = fetch(flesh_rows, at + 2u);
-    vec4 covector = fetch(flesh_rows, at + 3u), frame = fetch(flesh_rows, at + 4u), turning = fetch(flesh_rows, at + 5u);
-    uint row = word(flesh_words, words), weight = word(flesh_words, words + 1u);
-    uint point = word(flesh_words, words + 2u), points = word(flesh_words, words + 3u);
+// The posed curve at a row's parameter.
+struct Curve {
+    vec3 spot;
+    vec3 tangent;
+    vec3 tangent_rate; // by the parameter
+    float speed; // length a unit of the parameter
+    float quicken; // derivative of its logarithm
+    vec3 bend; // curvature vector
+    vec3 bend_rate; // by length
+};
 
+// The posed frame there: side, and tangent × side.
+struct Frame {
+    vec3 side;
+    vec3 lift;
+    float twist; // turn about the tangent, a unit of length
+    float scale; // model units a rest unit
+};
+
+Curve curve_at(uint weight, uint point, uint points) {
     // Weights add up to 1, those of derivatives to 0: all relative to the first point.
     vec3 origin = spine_point(point), spot = vec3(0.0), first = vec3(0.0), second = vec3(0.0), third = vec3(0.0);
     for (uint k = 1u; k < points; k++) {
@@ -61,54 +71,70 @@ void main() {
         second += w.z * p;
         third += w.w * p;
     }
-    spot += origin;
-    float speed = max(length(first), 1e-20), stretch = speed / tangent.w;
-    vec3 t = first / speed;
-    float along = dot(second, t);
-    vec3 across = second - along * t, bend_vector = across / (speed * speed);
-    vec3 bend_rate = (third - 3.0 * along / speed * across) / (speed * speed * speed);
+    float speed = max(length(first), 1e-20);
+    vec3 tangent = first / speed;
+    float quicken = dot(second, tangent) / speed;
+    vec3 across = second - quicken * first;
+    vec3 bend_rate = (third - 3.0 * quicken * across) / (speed * speed * speed);
+    return Curve(origin + spot, tangent, across / speed, speed, quicken, across / (speed * speed), bend_rate);
+}
 
-    // The frame, and how it turns about the tangent a unit of the spine's length.
-    uint joint_a = uint(frame.x), joint_b = uint(frame.y), joints = part(JOINT_TEXELS * constants.joints);
-    vec4 qa = fetch(palette, joints + joint_a * JOINT_TEXELS + REAL), qb = fetch(palette, joints + joint_b * JOINT_TEXELS + REAL);
+// The rest frame, turned by the joints' rotations, then by the least rotation onto the tangent.
+Frame frame_at(uint at, Curve curve) {
+    vec3 tangent = fetch(flesh_rows, at).xyz, side = fetch(flesh_rows, at + 1u).xyz, t = curve.tangent;
+    vec4 blend = fetch(flesh_rows, at + 4u), turning = fetch(flesh_rows, at + 5u);
+    float share = fetch(flesh_rows, at + 3u).w;
+    uint a = uint(blend.x), b = uint(blend.y), joints = part(JOINT_TEXELS * constants.joints);
+    vec4 qa = fetch(palette, joints + a * JOINT_TEXELS + REAL), qb = fetch(palette, joints + b * JOINT_TEXELS + REAL);
     qb = dot(qa, qb) < 0.0 ? -qb : qb;
-    vec4 q = mix(qa, qb, covector.w), q_rate = frame.z * (qb - qa);
+    vec4 q = mix(qa, qb, share), rate = blend.z * (qb - qa);
     float q_length = max(length(q), 1e-20);
     q /= q_length;
-    q_rate = (q_rate - q * dot(q, q_rate)) / q_length;
-    vec3 spin = 2.0 * (q.w * q_rate.xyz - q_rate.w * q.xyz - cross(q_rate.xyz, q.xyz));
-    vec3 rest_rate = turning.x * side.xyz + turning.y * cross(tangent.xyz, side.xyz);
-    vec3 carried = rotate(q, tangent.xyz), carried_rate = cross(spin, carried) + rotate(q, rest_rate);
-    vec3 i = rotate_between(carried, t, rotate(q, side.xyz));
+    rate = (rate - q * dot(q, rate)) / q_length;
+    vec3 spin = 2.0 * (q.w * rate.xyz - rate.w * q.xyz - cross(rate.xyz, q.xyz));
+    vec3 rest_rate = turning.x * side + turning.y * cross(tangent, side);
+    vec3 carried = rotate(q, tangent), carried_rate = cross(spin, carried) + rotate(q, rest_rate);
+    vec3 i = rotate_between(carried, t, rotate(q, side));
     i = normalize(i - dot(i, t) * t);
-    vec3 j = cross(t, i);
     // The least rotation between two moving directions turns about them by the solid angle that they sweep (Bishop's frame).
-    vec3 tangent_rate = across / speed;
-    float sweep = (dot(t, cross(carried, carried_rate)) - dot(carried, cross(t, tangent_rate))) / max(1.0 + dot(carried, t), 1e-4);
-    float twist = (dot(spin, carried) + sweep) / speed;
+    float swept = dot(t, cross(carried, carried_rate)) - dot(carried, cross(t, curve.tangent_rate));
+    float twist = (dot(spin, carried) + swept / max(1.0 + dot(carried, t), 1e-4)) / curve.speed;
+    return Frame(i, cross(t, i), twist, mix(scale_of(a), scale_of(b), share));
+}
 
-    vec2 curvature = vec2(dot(bend_vector, i), dot(bend_vector, j));
-    vec2 rate = vec2(dot(bend_rate, i), dot(bend_rate, j)) + twist * vec2(curvature.y, -curvature.x);
-    float scale = mix(scale_of(joint_a), scale_of(joint_b), covector.w);
-    float thin = scale * sqrt(scale / max(stretch, 1e-20));
+void main() {
+    if (gl_GlobalInvocationID.x >= constants.count) {
+        return;
+    }
+    uint at = FLESH_TEXELS * gl_GlobalInvocationID.x, words = 4u * (at + FLESH_TEXELS - 1u);
+    uint weight = word(flesh_words, words + 1u), point = word(flesh_words, words + 2u);
+    Curve curve = curve_at(weight, point, word(flesh_words, words + 3u));
+    Frame frame = frame_at(at, curve);
+    vec4 straight = fetch(flesh_rows, at + 2u), covector = fetch(flesh_rows, at + 3u);
+    float past = fetch(flesh_rows, at + 1u).w, stretch = curve.speed / fetch(flesh_rows, at).w;
+    uint map = uint(fetch(flesh_rows, at + 4u).w);
+
+    vec2 curvature = vec2(dot(curve.bend, frame.side), dot(curve.bend, frame.lift));
+    vec2 rate = vec2(dot(curve.bend_rate, frame.side), dot(curve.bend_rate, frame.lift));
+    rate += frame.twist * vec2(curvature.y, -curvature.x);
+    float thin = frame.scale * sqrt(frame.scale / max(stretch, 1e-20));
     vec2 offset = thin * straight.xy;
-    Shift shift = bend(uint(frame.w), offset, curvature, rate);
-    vec3 place = spot + side.w * stretch * t + shift.offset.x * i + shift.offset.y * j;
+    Shift shift = bend(map, offset, curvature, rate);
+    vec3 place = curve.spot + past * stretch * curve.tangent + shift.offset.x * frame.side + shift.offset.y * frame.lift;
 
     // The covector n of positions goes to m with m · ∂x/∂(s, η) = n · ∂X/∂(s, η), up to its length.
-    float thinning = -0.5 * (along / speed - straight.w) / speed;
+    float thinning = -0.5 * (curve.quicken - straight.w) / curve.speed;
     float room = max(1.0 - dot(curvature, shift.offset), LEAST_ROOM);
-    vec2 slide = shift.along + twist * vec2(-shift.offset.y, shift.offset.x) + thinning * (shift.by_offset * offset);
+    vec2 slide = shift.along + frame.twist * vec2(-shift.offset.y, shift.offset.x) + thinning * (shift.by_offset * offset);
     mat2 b = shift.by_offset;
     // Cofactors: determinant times the inverse's transpose.
-    mat2 cofactor = mat2(b[1][1], -b[1][0], -b[0][1], b[0][0]);
-    vec2 m = cofactor * covector.yz / thin;
+    vec2 m = mat2(b[1][1], -b[1][0], -b[0][1], b[0][0]) * covector.yz / thin;
     float m_along = covector.x * determinant(b) / stretch - dot(m, slide);
-    vec3 normal = m_along * t + room * (m.x * i + m.y * j);
+    vec3 normal = m_along * curve.tangent + room * (m.x * frame.side + m.y * frame.lift);
 
     // Past its limit the map keeps no volume: there the skin goes back to that of the method.
-    uint to = part(constants.rows) + row;
-    float left = 1.0 - dot(curvature, offset) / limit_of(uint(frame.w));
+    uint to = part(constants.rows) + word(flesh_words, words);
+    float left = 1.0 - dot(curvature, offset) / limit_of(map);
     float w = straight.z * smoothstep(0.0, WHOLE_ROOM, left);
     vec4 skin = skin_position[to];
     vec3 n = mix(skin_normal[to].xyz, normal / max(length(normal), 1e-20), w);

@@ -34,7 +34,9 @@ const uint MOTIONS = 256u;
 const uint GRID_ORIGIN = 0u; // w: words of a cell
 const uint GRID_INVERSE = 1u; // cells a unit; w: fields
 const uint BOX_SCALE = 2u; // texture coordinates a box coordinate; w: model units a rest unit
-const uint TURN = 3u; // last round of iterations; 1 where the skin is carried on; 1 where faults have it done again in halves; w: degrees that any joint turns in the frame at most
+// Last round of iterations; 1 where the skin is carried on; 1 where faults have it done again in halves; w: degrees that any joint
+// turns in the frame at most.
+const uint TURN = 3u;
 
 uvec3 unpack(uint word) {
     return uvec3(word, word >> 8, word >> 16) & 0xffu;
@@ -47,6 +49,11 @@ uvec3 unpack_cell(uint word) {
 
 // A row that follows a spine (FleshRow) is seven texels; the last has words.
 const uint FLESH_TEXELS = 7u;
+
+// The joint of LAST_CELL.
+uint joint_of(uint word) {
+    return word >> 16;
+}
 
 const uint NO_FIELD = 0xffffu;
 const uint UNION = 0u;

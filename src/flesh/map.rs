@@ -117,6 +117,15 @@ impl Map {
         }
     }
 
+    /// Curvature times straight offset at the limit of the map (Eqs. 9, 13, 17).
+    pub fn straight_limit(self) -> f64 {
+        match self {
+            Self::Radial => 1.0 / SQRT_3,
+            Self::Normal => 0.5,
+            Self::Binormal => 1.0 - BINORMAL_ROOM,
+        }
+    }
+
     /// How far a point is from the limit of the map, as a share of the radius of curvature: 1 - k·offset, less what the binormal
     /// map keeps. 1 on the spine, 0 at the limit, negative past it.
     #[inline]

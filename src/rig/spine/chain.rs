@@ -47,6 +47,7 @@ impl Chain {
             .collect();
         keep_apart(&mut points);
         points.extend(end_of_bone(&points, mesh, part));
+        keep_apart(&mut points);
         let refused = |reason: &str| Error::Joint {
             joint: names.root.clone(),
             reason: format!("the spine from it to {:?} {reason}", names.tip),
