@@ -15,6 +15,7 @@ use super::{
     fault::{Checked, Fault, refuse},
     schema, uri,
 };
+use crate::{Error, Result};
 
 /// Greatest sum of all buffers, bytes.
 const BUFFER_LIMIT: u64 = 2 << 30;
@@ -49,6 +50,17 @@ pub(super) struct Document {
 }
 
 impl Document {
+    /// Reads a file, and what it names beside it.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the system refuses it; [`Error::Asset`] with a JSON pointer where its structure is wrong.
+    pub(super) fn open(path: &Path) -> Result<Self> {
+        let bytes = container::read(path).map_err(|source| Error::file(path, source))?;
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        let document = Self::parse(&bytes, folder.unwrap_or(Path::new(".")));
+        document.map_err(|fault| fault.with_path(path))
+    }
+
     /// Reads the content of a file that lies in `folder`.
     pub(super) fn parse(bytes: &[u8], folder: &Path) -> Checked<Self> {
         let container = container::split(bytes)?;

@@ -37,7 +37,7 @@ use skeleton::{Skeleton, Skin};
 use weights::Mended;
 
 use super::{Model, Primitive};
-use crate::{Error, Result};
+use crate::Result;
 
 /// Greatest number of vertices, triangles and joints' influences of a model.
 pub const ROW_LIMIT: usize = 1 << 23;
@@ -48,18 +48,11 @@ pub const ROW_LIMIT: usize = 1 << 23;
 /// and lines, rigid meshes and nodes outside of the skeleton are left out; [`Model::warnings`] says so.
 ///
 /// # Errors
-/// [`Error::File`] where the file cannot be read; [`Error::Asset`] with a JSON pointer where its content is wrong
+/// [`Error::File`](crate::Error) where the file cannot be read; [`Error::Asset`](crate::Error) with a JSON pointer where its content is wrong
 /// (including an extension that it requires and dermis lacks), or `/skins` where it has no skinned mesh.
 pub fn load(path: &Path) -> Result<Model> {
-    let bytes = container::read(path).map_err(|source| Error::file(path, source))?;
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let document = Document::parse(&bytes, folder);
-    let mut model = document
-        .and_then(|document| build(&document))
-        .map_err(|fault| fault.with_path(path))?;
+    let document = Document::open(path)?;
+    let mut model = build(&document).map_err(|fault| fault.with_path(path))?;
     model.path = path.to_owned();
     Ok(model)
 }

@@ -12,7 +12,6 @@ use gltf::json::{
 
 use super::{
     accessor::{Accessor, Format},
-    container,
     document::Document,
     fault::{Checked, refuse},
     geometry,
@@ -64,10 +63,8 @@ pub fn load_morph(
             format!("{fps}, not above 0 and at most 10000"),
         ));
     }
-    let bytes = container::read(path).map_err(|source| Error::file(path, source))?;
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
     let blame = |fault: super::fault::Fault| fault.with_path(path);
-    let document = Document::parse(&bytes, folder.unwrap_or(Path::new("."))).map_err(blame)?;
+    let document = Document::open(path)?;
     let parts = parts(&document).map_err(blame)?;
     if parts.is_empty() {
         return Ok(None);

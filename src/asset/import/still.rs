@@ -5,26 +5,23 @@ use std::path::Path;
 use glam::DMat4;
 
 use super::{
-    ROW_LIMIT, container,
+    ROW_LIMIT,
     document::Document,
     fault::{Checked, refuse},
     geometry,
     graph::Graph,
 };
-use crate::{Error, Result, asset::Surface};
+use crate::{Result, asset::Surface};
 
 /// Reads the triangles of a `.glb` or `.gltf` file without a skin: all meshes one after the other where the nodes put them, as
 /// often as they do. Morph targets are left out. `None` where a node joins a mesh with a skin: that is a character.
 ///
 /// # Errors
-/// [`Error::File`] where the file cannot be read; [`Error::Asset`] with a JSON pointer where its content is wrong, or `/meshes`
+/// [`Error::File`](crate::Error) where the file cannot be read; [`Error::Asset`](crate::Error) with a JSON pointer where its content is wrong, or `/meshes`
 /// where no node shows a triangle.
 pub fn load_still(path: &Path) -> Result<Option<Surface>> {
-    let bytes = container::read(path).map_err(|source| Error::file(path, source))?;
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-    Document::parse(&bytes, folder.unwrap_or(Path::new(".")))
-        .and_then(|document| read(&document))
-        .map_err(|fault| fault.with_path(path))
+    let document = Document::open(path)?;
+    read(&document).map_err(|fault| fault.with_path(path))
 }
 
 fn read(document: &Document) -> Checked<Option<Surface>> {
