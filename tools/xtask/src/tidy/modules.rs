@@ -32,7 +32,7 @@ const MODULES: &[(&str, &[&str])] = &[
             "rig", "frame", "gpu", "pass", "twin", "layout", "mesh", "field", "compose",
         ],
     ),
-    ("render", &["gpu"]),
+    ("render", &["gpu", "sphere_mesh"]),
     (
         "capi",
         &[
