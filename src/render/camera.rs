@@ -34,6 +34,15 @@ impl Bounds {
         Self { points }
     }
 
+    /// Bounds of spheres, each a centre and a radius.
+    pub fn of_balls(balls: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
+        let ends = |(centre, radius): (Vec3, f32)| {
+            directions().map(move |d| centre + d.normalize_or_zero() * radius)
+        };
+        let points: Vec<Vec3> = balls.into_iter().flat_map(ends).collect();
+        Self::of(&points)
+    }
+
     /// Bounds of both.
     pub fn union(&self, other: &Self) -> Self {
         Self::of(&[&self.points[..], &other.points].concat())

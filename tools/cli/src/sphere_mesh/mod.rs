@@ -4,7 +4,9 @@ mod build;
 mod collide;
 mod extract;
 mod info;
+mod render;
 mod source;
+mod tableau;
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +28,8 @@ Examples:
   dermis sphere-mesh info horse.dsm --spheres 46 --json -
   dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
   dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
-  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy")]
+  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy
+  dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +41,7 @@ enum Command {
     Info(info::Args),
     Extract(extract::Args),
     Collide(collide::Args),
+    Render(render::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -46,6 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Info(args) => info::run(args),
         Command::Extract(args) => extract::run(args),
         Command::Collide(args) => collide::run(args),
+        Command::Render(args) => render::run(args),
     }
 }
 
@@ -79,10 +84,17 @@ impl LevelOptions {
             (None, Some(error)) => hierarchy.spheres_for(f64::from(error)),
             (None, None) => return Err(Error::argument("--spheres", "not given")),
         };
+        self.connectivity.open(hierarchy, spheres)
+    }
+}
+
+impl Connectivity {
+    /// The level with so many spheres, joined this way.
+    fn open(self, hierarchy: &Hierarchy, spheres: usize) -> Result<Level> {
         let level = hierarchy.level(spheres)?;
-        Ok(match self.connectivity {
-            Connectivity::Nearest => level.optimised(hierarchy),
-            Connectivity::Collapsed => level,
+        Ok(match self {
+            Self::Nearest => level.optimised(hierarchy),
+            Self::Collapsed => level,
         })
     }
 }

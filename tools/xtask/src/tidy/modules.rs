@@ -44,7 +44,7 @@ const MODULES: &[(&str, &[&str])] = &[
             "layout",
         ],
     ),
-    ("render", &["gpu"]),
+    ("render", &["gpu", "sphere_mesh"]),
     (
         "capi",
         &[
