@@ -55,6 +55,11 @@ impl Gallery {
         })
     }
 
+    /// Every shot is a file of its own.
+    pub(crate) fn is_folder(&self) -> bool {
+        self.folder
+    }
+
     /// The same, with this many rows a shot in a sheet.
     pub(crate) fn with_rows(self, rows: usize) -> Self {
         Self { rows, ..self }

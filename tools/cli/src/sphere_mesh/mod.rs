@@ -4,7 +4,9 @@ mod build;
 mod collide;
 mod extract;
 mod info;
+mod rain;
 mod render;
+mod shower;
 mod source;
 mod tableau;
 
@@ -29,7 +31,8 @@ Examples:
   dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
   dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
   dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy
-  dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png")]
+  dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png
+  dermis sphere-mesh rain horse.dsm --spheres 46 -o rain.png --moments 3")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -42,6 +45,7 @@ enum Command {
     Extract(extract::Args),
     Collide(collide::Args),
     Render(render::Args),
+    Rain(rain::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -51,6 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Extract(args) => extract::run(args),
         Command::Collide(args) => collide::run(args),
         Command::Render(args) => render::run(args),
+        Command::Rain(args) => rain::run(args),
     }
 }
 

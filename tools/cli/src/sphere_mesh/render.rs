@@ -120,7 +120,7 @@ impl Style {
     }
 }
 
-fn up(text: &str) -> Result<Vec3, String> {
+pub(super) fn up(text: &str) -> Result<Vec3, String> {
     let (axis, sign) = match text.strip_prefix('-') {
         Some(axis) => (axis, -1.0),
         None => (text, 1.0),
