@@ -39,13 +39,12 @@ float touch(vec3 p, float radius) {
     return TOUCH * (constants.size + radius + max(abs(p.x), max(abs(p.y), abs(p.z))));
 }
 
-// Number of the next solid from `row` on that a sphere may meet between `p` and the share `best` of `flight`, while the solids go
-// the share `left` of their way.
-uint next_near(uint row, vec3 p, vec3 flight, float radius, float best, float left) {
+// Number of the next solid from `row` on that a sphere may meet between `p` and the share `best` of `flight`.
+uint next_near(uint row, vec3 p, vec3 flight, float radius, float best) {
     float square = max(dot(flight, flight), 1e-30);
     for (; row < constants.solids; row++) {
         vec4 bound = fetch(particle_solids, row * SOLID_TEXELS);
-        float reach = bound.w + radius + left * fetch(particle_solids, row * SOLID_TEXELS + MOVES).w;
+        float reach = bound.w + radius;
         vec3 from = bound.xyz - p;
         from -= flight * clamp(dot(from, flight) / square, 0.0, best);
         if (dot(from, from) <= reach * reach) {
@@ -59,8 +58,8 @@ uint next_near(uint row, vec3 p, vec3 flight, float radius, float best, float le
 Contact meet(vec3 p, vec3 flight, float radius, float left) {
     Contact contact = Contact(NONE, 1.0, vec3(0.0));
     float slack = touch(p, radius), deepest = FAR;
-    for (uint row = next_near(0u, p, flight, radius, 1.0, left); row < constants.solids;
-         row = next_near(row + 1u, p, flight, radius, contact.time, left)) {
+    for (uint row = next_near(0u, p, flight, radius, 1.0); row < constants.solids;
+         row = next_near(row + 1u, p, flight, radius, contact.time)) {
         uint solid = row * SOLID_TEXELS;
         vec3 carried = vec3(0.0);
         for (uint k = 0u; k < constants.carries; k++) {
@@ -107,8 +106,8 @@ void bounce(vec3 normal, float seconds, inout vec3 velocity, inout vec3 pull) {
 uint holding(vec3 p, float radius) {
     float deepest = -touch(p, radius);
     uint found = NONE;
-    for (uint row = next_near(0u, p, vec3(0.0), radius, 0.0, 0.0); row < constants.solids;
-         row = next_near(row + 1u, p, vec3(0.0), radius, 0.0, 0.0)) {
+    for (uint row = next_near(0u, p, vec3(0.0), radius, 0.0); row < constants.solids;
+         row = next_near(row + 1u, p, vec3(0.0), radius, 0.0)) {
         uint solid = row * SOLID_TEXELS;
         vec4 ball = ball_of(particle_solids, solid, nearest(particle_solids, solid, p));
         float away = length(p - ball.xyz) - ball.w - radius;

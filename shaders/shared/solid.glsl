@@ -7,10 +7,10 @@
 #define DERMIS_SOLID
 #include "shared/texels.glsl"
 
-// A solid (Primitive) is 18 texels.
+// A solid (Primitive) is 18 texels, of which the first is a sphere that it is in all the frame.
 const uint SOLID_TEXELS = 18u;
 const uint BALLS = 1u; // centre, radius
-const uint MOVES = 4u; // way in the frame; w of the first: the longest
+const uint MOVES = 4u; // way in the frame
 const uint SIDES = 7u; // of the cone from each sphere to the next: unit axis, length; 0 for none
 const uint SINES = 10u; // of the angle by which a cone's normals lean along its axis
 const uint SQUARES = 11u; // of the cosines

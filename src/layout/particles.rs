@@ -7,11 +7,11 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Primitive {
-    /// A sphere around it: centre, radius.
+    /// A sphere around it in all the frame: centre, radius.
     pub bound: [f32; 4],
     /// Its spheres: centre, radius.
     pub balls: [[f32; 4]; 3],
-    /// How far each comes in the frame; w of the first: the greatest of the three lengths.
+    /// How far each comes in the frame; 0.
     pub moves: [[f32; 4]; 3],
     /// The cone from each sphere to the next: unit axis, length; zeros where there is none.
     pub sides: [[f32; 4]; 3],

@@ -1,10 +1,12 @@
 //! Particles in a host's frame.
 
-use super::{Particles, machine::Machine};
+use super::{
+    Particles,
+    machine::{By, Machine},
+};
 use crate::{
     Error, Result,
     deformer::{Normals, Output, VertexLayout, frame_slot, no_commands},
-    frame::Span,
     gpu::{Buffer, Handover, HostCommands},
     sphere_mesh::Ball,
 };
@@ -70,12 +72,8 @@ impl Particles {
         let Machine::Gpu(m) = &mut self.machine else {
             return Err(no_commands());
         };
-        m.set(slot, self.moving.primitives(), &constants)?;
-        let all = [Span {
-            steps: 0..m.step + 1,
-            index: 0,
-        }];
-        m.frame.record_spans(commands, slot, &all)?;
+        m.set(By::Host, slot, self.moving.primitives(), &constants)?;
+        m.frame.record_spans(commands, slot, &By::Host.spans())?;
         match output {
             Some(output) => output.record(commands, slot),
             None => Ok(()),

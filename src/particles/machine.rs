@@ -5,7 +5,7 @@ use bytemuck::{bytes_of, cast_slice, cast_slice_mut};
 use crate::{
     Result,
     deformer::Device,
-    frame::{Frame, FrameBuilder, Slot},
+    frame::{Frame, FrameBuilder, Slot, Span},
     gpu::{Buffer, Class, Gpu, Ring},
     layout::particles::Primitive,
     pass::particles::{Constants, DECLARATION},
@@ -34,9 +34,27 @@ pub(super) struct GpuMachine {
     /// Positions with radii, velocities with contacts.
     pub(super) rows: [Buffer; 2],
     pub(super) frame: Frame,
-    /// The pass's step.
-    pub(super) step: usize,
-    ring: Ring,
+    /// Solids on their way to the device, of frames that are submitted and of those that a host submits: neither waits for the
+    /// other.
+    rings: [Ring; 2],
+}
+
+/// Who submits a frame.
+#[derive(Clone, Copy)]
+pub(super) enum By {
+    Us,
+    Host,
+}
+
+/// The pass's step, behind a copy from each of the rings.
+const PASS: usize = 2;
+
+impl By {
+    /// The steps of such a frame.
+    pub(super) fn spans(self) -> [Span; 2] {
+        let copy = self as usize;
+        [copy..copy + 1, PASS..PASS + 1].map(|steps| Span { steps, index: 0 })
+    }
 }
 
 impl Machine {
@@ -63,8 +81,8 @@ impl Machine {
             }
             Self::Gpu(m) => {
                 let slot = m.frame.begin()?;
-                m.set(slot, solids, constants)?;
-                m.frame.submit()
+                m.set(By::Us, slot, solids, constants)?;
+                m.frame.submit_spans(&By::Us.spans())
             }
         }
     }
@@ -144,37 +162,39 @@ impl GpuMachine {
         // A buffer has at least something in it.
         let bytes = solids.max(1) as u64 * size_of::<Primitive>() as u64;
         let [solid, position, velocity] = [0, 1, 2].map(|k| DECLARATION.bindings[k].name);
-        let ring = gpu.ring("particle_solids_ring", Class::PoseRing, bytes)?;
+        let ring = || gpu.ring("particle_solids_ring", Class::PoseRing, bytes);
+        let rings = [ring()?, ring()?];
         let solids = gpu.buffer(solid, Class::Transient, bytes)?;
         let row = |name| gpu.buffer(name, Class::Transient, u64::from(count) * 16);
         let rows = [row(position)?, row(velocity)?];
         let mut builder = FrameBuilder::new(gpu, DECLARATION.name);
-        builder.copy(&ring, &solids, bytes);
-        let step = builder
+        for ring in &rings {
+            builder.copy(ring, &solids, bytes);
+        }
+        _ = builder
             .pass(&DECLARATION)
             .bind(solid, &solids)
             .bind(position, &rows[0])
             .bind(velocity, &rows[1])
             .constant_bytes(&[0; size_of::<Constants>()])
-            .items(count)
-            .step();
+            .items(count);
         Ok(Self {
             frame: builder.build()?,
             gpu: gpu.clone(),
             rows,
-            step,
-            ring,
+            rings,
         })
     }
 
     /// Readies a frame.
     pub(super) fn set(
         &mut self,
+        by: By,
         slot: Slot,
         solids: &[Primitive],
         constants: &Constants,
     ) -> Result<()> {
-        self.ring.write(slot, cast_slice(solids))?;
-        self.frame.set_constants(self.step, constants)
+        self.rings[by as usize].write(slot, cast_slice(solids))?;
+        self.frame.set_constants(PASS, constants)
     }
 }

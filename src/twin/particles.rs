@@ -40,11 +40,11 @@ impl<'a> World<'a> {
         TOUCH * (self.c.size + radius + p.abs().max_element())
     }
 
-    /// A sphere may meet it between `p` and the share `best` of `flight`, while it goes the share `left` of its way.
-    fn near(solid: &Primitive, p: Vec3, flight: Vec3, radius: f32, best: f32, left: f32) -> bool {
+    /// A sphere may meet it between `p` and the share `best` of `flight`.
+    fn near(solid: &Primitive, p: Vec3, flight: Vec3, radius: f32, best: f32) -> bool {
         let square = flight.dot(flight).max(1e-30);
         let bound = Vec4::from(solid.bound);
-        let reach = bound.w + radius + left * solid.moves[0][3];
+        let reach = bound.w + radius;
         let mut from = bound.xyz() - p;
         from -= flight * (from.dot(flight) / square).clamp(0.0, best);
         from.dot(from) <= reach * reach
@@ -58,7 +58,7 @@ impl<'a> World<'a> {
         };
         let (slack, mut deepest) = (self.touch(p, radius), FAR);
         for solid in self.solids {
-            if !Self::near(solid, p, flight, radius, contact.time, left) {
+            if !Self::near(solid, p, flight, radius, contact.time) {
                 continue;
             }
             let mut carried = Vec3::ZERO;
@@ -117,7 +117,7 @@ impl<'a> World<'a> {
         let mut deepest = -self.touch(p, radius);
         let mut found = None;
         for solid in self.solids {
-            if !Self::near(solid, p, Vec3::ZERO, radius, 0.0, 0.0) {
+            if !Self::near(solid, p, Vec3::ZERO, radius, 0.0) {
                 continue;
             }
             let (centre, ball) = ball_of(solid, nearest(solid, p));

@@ -105,17 +105,16 @@ fn primitive(now: [Ball; 3], before: [Ball; 3], count: usize) -> Primitive {
     });
     let ball = |b: Ball| b.centre.as_vec3().extend(b.radius as f32).to_array();
     let way = |k: usize| (now[k].centre - before[k].centre).as_vec3();
-    let mut moves = [0, 1, 2].map(|k| way(k).extend(0.0).to_array());
     let longest = [0, 1, 2].map(|k| way(k).length());
-    moves[0][3] = longest.into_iter().fold(0.0, f32::max);
     let mut bound = ball(pieces.bound);
-    // What is rounded stays around it.
+    // No point comes further than the spheres, and what is rounded stays around all.
+    bound[3] += longest.into_iter().fold(0.0, f32::max);
     bound[3] += 4.0 * f32::EPSILON * (bound[3] + pieces.bound.centre.abs().max_element() as f32);
     let (sides, sines, squares) = pieces.sides_of_f32();
     Primitive {
         bound,
         balls: now.map(ball),
-        moves,
+        moves: [0, 1, 2].map(|k| way(k).extend(0.0).to_array()),
         sides,
         sines,
         squares,
