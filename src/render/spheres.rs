@@ -151,8 +151,9 @@ fn check_ball((row, ball): (usize, &Ball)) -> Result<()> {
     Err(Error::argument(format!("sphere {row}"), reason))
 }
 
-/// Edges and triangles name spheres that there are.
+/// Spheres are such, and edges and triangles name those that there are.
 fn check(shape: &Shape) -> Result<()> {
+    shape.balls.iter().enumerate().try_for_each(check_ball)?;
     let count = shape.balls.len();
     let outside = |rows: &[u32]| rows.iter().any(|&row| row as usize >= count);
     let edge = shape.edges.iter().position(|e| outside(e));
