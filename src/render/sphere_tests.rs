@@ -133,6 +133,29 @@ fn outlines_are_those_of_the_extracted_surface() {
 }
 
 #[test]
+fn framed_spheres_are_seen_whole_and_fill_the_picture() {
+    let Some(gpu) = testing::gpu() else { return };
+    let mut renderer = Renderer::new(&gpu, 100, 100).unwrap();
+    for balls in [
+        [ball(3., 1., 0.5, 0.8); 2],
+        [ball(0., 0., 0., 0.1), ball(2., 0.5, -3., 0.7)],
+    ] {
+        let spheres = surface(&shape(&balls, &[[0, 1]], &[]), Vec3::ONE);
+        for view in [View::Front, View::Side, View::Top, View::ThreeQuarter] {
+            let camera = Camera::framing(&spheres.bounds(), view, Projection::default(), 1.0);
+            let picture = renderer.draw_with(&scene(camera), &spheres).unwrap();
+            let at = |distance: u32| {
+                let last = 99 - distance;
+                let mut ring = (distance..=last)
+                    .flat_map(|i| [(i, distance), (distance, i), (i, last), (last, i)]);
+                ring.any(|(x, y)| covered(&picture, x, y))
+            };
+            assert!(!at(0) && !at(1) && at(8), "{balls:?} {view:?}");
+        }
+    }
+}
+
+#[test]
 fn a_sheet_without_thickness_is_seen_from_both_sides_and_edge_on_not_at_all() {
     let Some(gpu) = testing::gpu() else { return };
     let mut renderer = Renderer::new(&gpu, 100, 100).unwrap();
@@ -300,6 +323,12 @@ fn bad_shapes_are_refused_by_name_and_empty_ones_drawn() {
     }
     let negative = shape(&[ball(0., 0., 0., -1.)], &[], &[]);
     assert!(Spheres::default().surface(&negative, &[Vec3::ONE]).is_err());
+    let dark = [Vec3::new(0.0, f32::NAN, 0.0)];
+    let error = Spheres::default().loose(&one, &dark).unwrap_err();
+    assert!(
+        error.to_string().starts_with("colours: row 0 is"),
+        "{error}"
+    );
     let Some(gpu) = testing::gpu() else { return };
     let mut renderer = Renderer::new(&gpu, 16, 16).unwrap();
     let empty = surface(&Shape::default(), Vec3::ONE);
