@@ -22,4 +22,6 @@ pub use renderer::{Background, Renderer, Scene};
 pub use spheres::Spheres;
 
 #[cfg(test)]
+mod sphere_tests;
+#[cfg(test)]
 mod tests;

@@ -38,7 +38,7 @@ impl Spheres {
     ///
     /// # Errors
     /// [`Error::Argument`] naming a sphere that is not finite or has a negative radius, an edge or triangle with a sphere that
-    /// is not there, or colours that are not as many as spheres.
+    /// is not there, or colours that are not finite or not as many as spheres.
     pub fn surface(&mut self, shape: &Shape, colours: &[Vec3]) -> Result<()> {
         check(shape)?;
         let first = self.add(&shape.balls, colours, 1.0)?;
@@ -84,6 +84,10 @@ impl Spheres {
     fn add(&mut self, balls: &[Ball], colours: &[Vec3], opacity: f32) -> Result<u32> {
         if colours.len() != balls.len() {
             let reason = format!("{} rows for {} spheres", colours.len(), balls.len());
+            return Err(Error::argument("colours", reason));
+        }
+        if let Some(row) = colours.iter().position(|c| !c.is_finite()) {
+            let reason = format!("row {row} is {}", colours[row]);
             return Err(Error::argument("colours", reason));
         }
         balls.iter().enumerate().try_for_each(check_ball)?;
@@ -151,8 +155,9 @@ fn check_ball((row, ball): (usize, &Ball)) -> Result<()> {
     Err(Error::argument(format!("sphere {row}"), reason))
 }
 
-/// Edges and triangles name spheres that there are.
+/// Spheres are such, and edges and triangles name those that there are.
 fn check(shape: &Shape) -> Result<()> {
+    shape.balls.iter().enumerate().try_for_each(check_ball)?;
     let count = shape.balls.len();
     let outside = |rows: &[u32]| rows.iter().any(|&row| row as usize >= count);
     let edge = shape.edges.iter().position(|e| outside(e));

@@ -29,7 +29,7 @@ One picture goes to a PNG as it is; several go to a PNG as one labelled sheet, o
 
 Examples:
   dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png --view side
-  dermis sphere-mesh render horse.dsm --spheres 46 -o stages.png --style mesh,regions,skeleton,surface,extracted
+  dermis sphere-mesh render horse.dsm --spheres 46 -o all.png --style mesh,regions,skeleton,surface
   dermis sphere-mesh render horse.dsm --compare 20,46,200 -o levels.png --style mesh,surface
   dermis sphere-mesh render horse.dsm --error 0.5 -o gallop --frames 0..48 --style mesh,surface
   dermis sphere-mesh render horse.dsm --spheres 46 -o table --turntable 36 --frame 12 --up z")]
@@ -255,15 +255,16 @@ fn counts(args: &Args, hierarchy: &Hierarchy) -> Vec<usize> {
 
 /// The pictures to take: of every frame that the user asked for, or of one from every side.
 fn shots(args: &Args, hierarchy: &Hierarchy) -> Result<Vec<Shot>> {
-    let frames = args.frames.clone().unwrap_or(args.frame..args.frame + 1);
-    if args.frames.is_some() && frames.end > hierarchy.frames {
+    check_frame(hierarchy, args.frame)?;
+    let frames = args.frames.clone();
+    let frames = frames.unwrap_or(args.frame..args.frame + 1);
+    if frames.end > hierarchy.frames {
         let reason = format!(
             "{}..{}, but there are {} from 0",
             frames.start, frames.end, hierarchy.frames
         );
         return Err(Error::argument("--frames", reason));
     }
-    check_frame(hierarchy, frames.end - 1)?;
     let count = args.turntable.map_or(frames.len(), |n| n as usize);
     let step = args.turntable.map_or(0.0, |n| 360.0 / n as f32);
     let shot = |i: usize| Shot {

@@ -14,8 +14,10 @@ use glam::{Quat, Vec3};
 use super::render::{Look, Shot, Style};
 use crate::render::Tile;
 
-/// Radius of a skeleton's spheres against the diagonal of the sequence.
+/// Radius of a skeleton's spheres against the diagonal of the sequence, where there are not many.
 const JOINT: f64 = 0.008;
+/// More spheres are drawn smaller, so that all of them cover the same area.
+const MANY: f64 = 60.0;
 
 /// Draws levels, all from the same distance.
 pub(super) struct Tableau<'a> {
@@ -116,7 +118,7 @@ impl<'a> Tableau<'a> {
     fn label(&self, style: Style, row: usize, shot: Shot, several: bool) -> String {
         let spheres = self.levels[row].nodes.len();
         let what = match style {
-            Style::Mesh => format!("mesh, {} vertices", self.hierarchy.vertices),
+            Style::Mesh => format!("mesh, {}", self.hierarchy.vertices),
             _ => format!("{}, {spheres}", style.name()),
         };
         match several {
@@ -145,7 +147,9 @@ impl<'a> Tableau<'a> {
                 surface = regions(&mesh, &level.labels, colours);
             }
             Style::Skeleton => {
-                spheres.skeleton(&shape, colours, JOINT * self.hierarchy.diagonal)?;
+                let share = (MANY / shape.balls.len() as f64).sqrt().min(1.0);
+                let radius = JOINT * share * self.hierarchy.diagonal;
+                spheres.skeleton(&shape, colours, radius)?;
             }
             Style::Surface => spheres.surface(&shape, colours)?,
             Style::Extracted => {
