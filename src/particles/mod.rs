@@ -42,7 +42,7 @@ pub struct Particle {
 /// on, up to [`Settings::contacts`] times a frame, and with the surface that it touched last for the rest. What the sphere-mesh
 /// does between two poses is a straight way of every sphere: a particle meets each solid in the frame of reference that moves with
 /// the solid's point nearest to it, and bounces off with the speed of what hit it. At the end of a frame no particle is deeper inside
-/// the new pose than 4e-6 of the size of it, the particle's radius and greatest coordinate together: what still is, as when it began
+/// the new pose than 5e-6 of the size of it, the particle's radius and greatest coordinate together: what still is, as when it began
 /// there, is pushed out along the normal of the solid that holds it deepest. Without motion of the sphere-mesh, kinetic and
 /// potential energy together never grow, but for what rounding and such a push add.
 ///

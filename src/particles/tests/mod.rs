@@ -81,11 +81,10 @@ fn cloud(count: usize, speed: f64, chance: &mut Chance) -> Vec<Particle> {
     (0..count).map(particle).collect()
 }
 
-/// How deep the particle may be inside, by what [`Particles`] says of it.
+/// How deep the particle may be inside, by what [`Particles`] says of it: what counts as touching, and rounding.
 fn tolerance(size: f32, particle: &Particle) -> f64 {
     let far = particle.position.abs().max_element();
-    // The pass touches in single precision: what it takes for a distance is rounded by a few last places more.
-    f64::from(4e-6 * (size + particle.radius + far) + 8.0 * f32::EPSILON * (size + far))
+    f64::from(5e-6 * (size + particle.radius + far))
 }
 
 /// The first particle that is inside of the shape by more than it may be.
