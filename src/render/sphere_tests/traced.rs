@@ -13,6 +13,8 @@ const TOLERANCE: f64 = 4e-4;
 
 /// The surface as rays through the corners of pixels see it: a pixel is a quad of four hits where its surface is even.
 struct Traced {
+    model_from_clip: DMat4,
+    collider: Collider,
     from: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     /// Pixels, as columns and rows.
@@ -22,17 +24,20 @@ struct Traced {
 impl Traced {
     fn new(shape: &Shape, camera: &Camera) -> Self {
         let model_from_clip = camera.clip_from_model(1.0).as_dmat4().inverse();
-        let sweeps: Vec<Sweep> = (0..(PIXELS + 1).pow(2))
-            .map(|i| sweep(&model_from_clip, i % (PIXELS + 1), i / (PIXELS + 1)))
+        let side = PIXELS + 1;
+        let corners = (0..side.pow(2)).map(|i| [i % side, i / side].map(f64::from));
+        let sweeps: Vec<Sweep> = corners
+            .map(|[x, y]| sweep(&model_from_clip, x, y))
             .collect();
         let collider = Collider::new(shape).unwrap();
         let mut traced = Self {
             from: sweeps.iter().map(|s| s.from).collect(),
             hits: collider.first_of_each(&sweeps).unwrap(),
             even: Vec::new(),
+            model_from_clip,
+            collider,
         };
-        let pixels = (0..PIXELS.pow(2)).map(|i| [i % PIXELS, i / PIXELS]);
-        traced.even = pixels.filter(|&pixel| traced.is_even(pixel)).collect();
+        traced.even = pixels().filter(|&pixel| traced.is_even(pixel)).collect();
         let seen = traced.hits.iter().flatten().count();
         assert!(
             traced.even.len() > seen / 2,
@@ -67,6 +72,26 @@ impl Traced {
         hits.iter().all(all)
     }
 
+    /// Whether the rays through corners and samples of a pixel all hit; where they pass between, corners tell too little.
+    fn is_covered(&self, pixel: [u32; 2]) -> bool {
+        const SAMPLES: [[f64; 2]; 4] = [
+            [0.375, 0.125],
+            [0.875, 0.375],
+            [0.125, 0.625],
+            [0.625, 0.875],
+        ];
+        let corners = Self::corners(pixel);
+        let [x, y] = pixel.map(f64::from);
+        let sweeps = SAMPLES.map(|[u, v]| sweep(&self.model_from_clip, x + u, y + v));
+        corners.iter().all(|&row| self.hits[row].is_some())
+            && self
+                .collider
+                .first_of_each(&sweeps)
+                .unwrap()
+                .iter()
+                .all(Option::is_some)
+    }
+
     /// The even pixels as a mesh, `nearer` to the viewer than the surface.
     fn mesh(&self, nearer: f64) -> (Vec<Vec3>, Vec<Vec3>, Vec<[u32; 3]>) {
         let (mut positions, mut normals, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
@@ -84,8 +109,12 @@ impl Traced {
     }
 }
 
-fn sweep(model_from_clip: &DMat4, x: u32, y: u32) -> Sweep {
-    let to_clip = |k: u32| f64::from(k) * 2.0 / f64::from(PIXELS) - 1.0;
+fn pixels() -> impl Iterator<Item = [u32; 2]> {
+    (0..PIXELS.pow(2)).map(|i| [i % PIXELS, i / PIXELS])
+}
+
+fn sweep(model_from_clip: &DMat4, x: f64, y: f64) -> Sweep {
+    let to_clip = |k: f64| k * 2.0 / f64::from(PIXELS) - 1.0;
     let at = |depth| model_from_clip.project_point3(DVec3::new(to_clip(x), to_clip(y), depth));
     Sweep {
         from: at(0.0),
@@ -102,6 +131,15 @@ fn the_surface_lies_between_two_traced_ones_a_hair_apart() {
     let spheres = surface(&shape, Vec3::X);
     for camera in cameras(&spheres.bounds()) {
         let traced = Traced::new(&shape, &camera);
+        let alone = renderer.draw_with(&scene(camera), &spheres).unwrap();
+        for [x, y] in pixels() {
+            let [red, _, blue, _] = alone.pixel(x, y);
+            let shown = red > blue;
+            assert!(
+                shown || !traced.is_covered([x, y]),
+                "{camera:?} {x} {y}: {red} {blue}"
+            );
+        }
         for (nearer, hidden) in [(TOLERANCE, true), (-TOLERANCE, false)] {
             let (positions, normals, triangles) = traced.mesh(nearer);
             let scene = Scene {
