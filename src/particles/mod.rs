@@ -1,6 +1,6 @@
 //! Particles that fall on an animated sphere-mesh and bounce off it, on a device (sphere-meshes 2016, section 6.1).
 //!
-//! A [`Shape`](crate::sphere_mesh::Shape) of any level goes from pose to pose; [`Particles::advance`] takes the particles along.
+//! A [`Shape`] of any level goes from pose to pose; [`Particles::advance`] takes the particles along.
 //! Everything is in the units of the shape and in seconds, in single precision: best where the shape is not far from the origin.
 
 mod embed;
