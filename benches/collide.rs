@@ -1,16 +1,24 @@
-//! Moving spheres against sphere-meshes: tests of a sweep against a primitive a second, on one core and on all.
+//! Moving spheres against sphere-meshes: tests of a sweep against a primitive a second, on one core and on all; particles on a
+//! device, and how far its single precision is from the library's double.
 //!
 //! `cargo bench --bench collide -- [X.dsm N]`: with a file its level of N spheres; without, a figure of the bench's own.
 #![allow(missing_docs)]
 
 use std::{error::Error, hint::black_box, path::Path, time::Instant};
 
-use dermis::sphere_mesh::{Ball, Collider, Hierarchy, Shape, Sweep};
-use glam::DVec3;
+use dermis::{
+    deformer::Device,
+    gpu::{Gpu, GpuOptions, Profile},
+    particles::{Particle, Particles, Settings},
+    sphere_mesh::{Ball, Collider, Hierarchy, Shape, Sweep},
+};
+use glam::{DVec3, Vec3};
 
 /// Each figure is the best of this many.
 const TRIES: usize = 30;
 const SWEEPS: usize = 20_000;
+/// Particles on a device.
+const PARTICLES: usize = 100_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args()
@@ -50,6 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     measure("whole, across the box", &all, &crossing)?;
     measure("whole, particles' steps", &all, &short)?;
+    particles(&all)?;
     // Aimed at the middle of a single primitive, so that no bound spares the exact forms.
     for (name, count) in [("sphere", 1), ("capsule", 2), ("thick triangle", 3)] {
         let corners = [
@@ -83,6 +92,110 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         measure(&format!("one {name}, aimed at it"), &shape, &aimed)?;
     }
+    Ok(())
+}
+
+/// As many particles on the best device, each of which flies until its first contact.
+fn particles(shape: &Shape) -> Result<(), Box<dyn Error>> {
+    let options = GpuOptions {
+        profile: Profile::Full,
+        ..GpuOptions::default()
+    };
+    let gpu = Gpu::new(&options)?;
+    println!("{PARTICLES} particles on {}:", gpu.report().name);
+    let (low, high) = bounds(shape);
+    let size = (high - low).length();
+    for (name, reach) in [
+        ("across the box", None),
+        ("particles' steps", Some(0.02 * size)),
+    ] {
+        let mut chance = Chance(5);
+        let cloud: Vec<Particle> = (0..PARTICLES)
+            .map(|_| {
+                let from = chance.between(low, high);
+                let to = match reach {
+                    None => chance.between(low, high),
+                    Some(reach) => from + chance.between(-DVec3::ONE, DVec3::ONE) * reach,
+                };
+                Particle {
+                    position: from.as_vec3(),
+                    radius: (0.005 * size) as f32,
+                    velocity: (to - from).as_vec3(),
+                    contacts: 0,
+                }
+            })
+            .collect();
+        let settings = Settings {
+            gravity: Vec3::ZERO,
+            restitution: 1.0,
+            friction: 0.0,
+            contacts: 1,
+        };
+        let mut particles = Particles::new(&Device::Gpu(gpu.clone()), shape, &cloud, &settings)?;
+        let mut best = f64::INFINITY;
+        for _ in 0..TRIES {
+            particles.write(&cloud)?;
+            particles.advance(&shape.balls, 1.0)?;
+            particles.wait()?;
+            let pass = particles.timings();
+            let ns = pass.map(|t| t.by_name().iter().find(|p| p.0 == "particles").map(|p| p.2));
+            best = best.min(ns.flatten().unwrap_or(u64::MAX) as f64);
+        }
+        let tests = (PARTICLES * particles.solids()) as f64;
+        println!(
+            "  {name}: {:.2} ms, {:.0} million tests a second, the looks for what is inside at the end included",
+            1e-6 * best,
+            1e3 * tests / best,
+        );
+        accuracy(shape, &cloud, &particles.read()?, size)?;
+    }
+    Ok(())
+}
+
+/// How far places of first contact are from those in double precision.
+fn accuracy(
+    shape: &Shape,
+    before: &[Particle],
+    after: &[Particle],
+    size: f64,
+) -> Result<(), Box<dyn Error>> {
+    let collider = Collider::new(shape)?;
+    let (mut errors, mut across) = (Vec::new(), 0f64);
+    let (mut other, mut inside) = (0, 0);
+    for (a, b) in before.iter().zip(after) {
+        let (from, way) = (a.position.as_dvec3(), a.velocity.as_dvec3());
+        let sweep = Sweep {
+            from,
+            to: from + way,
+            radius: f64::from(a.radius),
+        };
+        match collider.first(&sweep) {
+            // These are pushed out when they have flown.
+            Some(hit) if hit.pushed => inside += 1,
+            Some(hit) if b.contacts == 1 => {
+                let error = hit.position - b.position.as_dvec3();
+                errors.push(error.length());
+                across = across.max(error.dot(hit.normal).abs());
+            }
+            None if b.contacts == 0 => {}
+            _ => other += 1,
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let part = |share: f64| {
+        errors
+            .get((share * errors.len() as f64) as usize)
+            .map_or(0.0, |e| e / size)
+    };
+    println!(
+        "  of {} segments {inside} begin inside, {} touch, {other} differ in whether they do; in sizes of the shape the place errs by {:.1e} (median), {:.1e} (99 %), {:.1e} (99.9 %) and along the normal by {:.1e} at most",
+        before.len(),
+        errors.len(),
+        part(0.5),
+        part(0.99),
+        part(0.999),
+        across / size,
+    );
     Ok(())
 }
 

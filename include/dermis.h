@@ -2,7 +2,8 @@
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
  * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
- * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, without any of these.
+ * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, and a captured sequence
+ * made a sphere-mesh, without any of these; particles bounce off a level of a sphere-mesh in a context.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.
@@ -157,6 +158,21 @@
 
 /* Kind of a spine: a helix. */
 #define DM_SPINE_HELIX 4
+
+/* Flag of a sphere-mesh: collapses may turn triangles over, instead of being put off. */
+#define DM_SPHERE_MESH_ALLOW_INVERSION 1
+
+/* Flag of a level: as the hierarchy has it, without its connectivity optimised. */
+#define DM_LEVEL_PLAIN 1
+
+/* What became of a moving sphere: it touches nothing. */
+#define DM_HIT_NONE 0
+
+/* What became of a moving sphere: it touches. */
+#define DM_HIT_TOUCHED 1
+
+/* What became of a moving sphere: it began inside, and is pushed out. */
+#define DM_HIT_PUSHED 2
 
 /*
  What a function returns; every function but dm_api_version and dm_last_error has one.
@@ -672,7 +688,7 @@ typedef struct dm_output_desc {
     uint64_t instance_stride;
 } dm_output_desc;
 
-/* A buffer of the host's that frames of one deformer are written into. Zero is no output. */
+/* A buffer of the host's that frames of one deformer, or particles, are written into. Zero is no output. */
 typedef struct dm_output {
     /* Number of the handle; it never names another object in the life of the process. */
     uint64_t id;
@@ -867,6 +883,179 @@ typedef struct dm_spine_section {
     /* Curvature vector, to the centre of curvature, along side and lift. */
     double curvature[2];
 } dm_spine_section;
+
+/* How a sphere-mesh is built; dm_sphere_mesh_options_default fills it. */
+typedef struct dm_sphere_mesh_options {
+    /* sizeof(dm_sphere_mesh_options). */
+    uint32_t size;
+    /* DM_SPHERE_MESH_ALLOW_INVERSION or 0. */
+    uint32_t flags;
+    /* How much curved places count: curvature is clamped at this percentile, 0 to 100; below 0 area alone counts. */
+    double curvature;
+    /* Weight of temporal coherence against the planes', 0 to 1e9: from about 1 on spheres stay near the middle of their region. */
+    double temporal;
+    /* Receives how far the build is; may be NULL. */
+    dm_progress progress;
+    /* First argument of progress. */
+    void *progress_user;
+} dm_sphere_mesh_options;
+
+/* The same mesh at several moments, in any unit. */
+typedef struct dm_sequence_desc {
+    /* sizeof(dm_sequence_desc). */
+    uint32_t size;
+    /* Number of vertices. */
+    uint32_t vertices;
+    /* Number of triangles. */
+    uint32_t triangles;
+    /* Number of frames. */
+    uint32_t frames;
+    /* 3 numbers a vertex, frame by frame. */
+    const float *positions;
+    /* Rows of vertices, 3 a triangle, counter-clockwise seen from outside, the same in all frames. */
+    const uint32_t *indices;
+} dm_sequence_desc;
+
+/* A sphere-mesh with all its levels; immutable, and independent of contexts. Zero is none. */
+typedef struct dm_sphere_mesh {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_sphere_mesh;
+
+/* Numbers of a sphere-mesh. */
+typedef struct dm_sphere_mesh_info {
+    /* sizeof(dm_sphere_mesh_info), set by the caller. */
+    uint32_t size;
+    /* Frames. */
+    uint32_t frames;
+    /* Vertices after rows that coincide in all frames are welded: the most spheres that a level can have. */
+    uint32_t vertices;
+    /* Triangles between them. */
+    uint32_t triangles;
+    /* The least spheres that a level can have: one a connected component. */
+    uint32_t least_spheres;
+    /* Zero. */
+    uint32_t reserved;
+    /* Mean over the frames of the bounding box's diagonal. */
+    double diagonal;
+} dm_sphere_mesh_info;
+
+/* A level of a sphere-mesh; immutable, and independent of contexts. Zero is none. */
+typedef struct dm_level {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_level;
+
+/* Numbers of a level. */
+typedef struct dm_level_info {
+    /* sizeof(dm_level_info), set by the caller. */
+    uint32_t size;
+    /* Frames. */
+    uint32_t frames;
+    /* Spheres. */
+    uint32_t spheres;
+    /* Edges that no triangle has: capsules. */
+    uint32_t edges;
+    /* Triangles: thick triangles. */
+    uint32_t triangles;
+    /* Zero. */
+    uint32_t reserved;
+    /* Root of the mean square distance between the planes of the mesh and the spheres, % of the diagonal. */
+    double error;
+} dm_level_info;
+
+/* Arrays that a level at one time is written to; those that are NULL are left out. */
+typedef struct dm_spheres {
+    /* sizeof(dm_spheres). */
+    uint32_t size;
+    /* Rows that centres and radii have, dm_level_info.spheres. */
+    uint32_t spheres;
+    /* Rows that edge_ends has, dm_level_info.edges. */
+    uint32_t edges;
+    /* Rows that corners has, dm_level_info.triangles. */
+    uint32_t triangles;
+    /* Time in frames: between two of them centres go straight, before the first and behind the last they stay. */
+    double time;
+    /* 3 numbers a sphere, in the sequence's units. */
+    float *centres;
+    /* 1 number a sphere, in the sequence's units; the same at all times. */
+    float *radii;
+    /* 2 spheres an edge, along which they are interpolated. */
+    uint32_t *edge_ends;
+    /* 3 spheres a triangle. */
+    uint32_t *corners;
+} dm_spheres;
+
+/* A level at one time, ready for collisions; immutable, and independent of contexts. Zero is none. */
+typedef struct dm_collider {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_collider;
+
+/* Spheres that move along segments, in the units of the sphere-mesh, and where they first touch. */
+typedef struct dm_sweeps {
+    /* sizeof(dm_sweeps). */
+    uint32_t size;
+    /* Number of spheres. */
+    uint32_t count;
+    /* 7 numbers a sphere: where its centre begins, where it ends, and its radius, 0 or more. */
+    const double *segments;
+    /*
+     7 numbers a sphere: the time of the first touch, 0 at the beginning of the segment to 1 at its end; where its centre is then;
+     the outward unit normal of the sphere-mesh where they touch. Without a touch: infinity, the end of the segment, zeros.
+     */
+    double *hits;
+    /* DM_HIT_NONE, DM_HIT_TOUCHED or DM_HIT_PUSHED of each; may be NULL. */
+    uint32_t *states;
+} dm_sweeps;
+
+/* How particles fly and bounce; dm_particle_settings_default fills it. */
+typedef struct dm_particle_settings {
+    /* sizeof(dm_particle_settings). */
+    uint32_t size;
+    /* Contacts of a particle in a frame, 1 to 64; after the last it stays with the surface until the frame ends. */
+    uint32_t contacts;
+    /* Acceleration of all particles, units a second squared. */
+    float gravity[3];
+    /* Share of the normal speed that a bounce leaves, 0 to 1. */
+    float restitution;
+    /* Coulomb's coefficient of friction, 0 or more. */
+    float friction;
+    /* 0. */
+    uint32_t reserved;
+} dm_particle_settings;
+
+/* Particles, in the units of the sphere-mesh and in seconds. */
+typedef struct dm_particles_desc {
+    /* sizeof(dm_particles_desc). */
+    uint32_t size;
+    /* Number of particles. */
+    uint32_t count;
+    /* 4 numbers a particle: its centre and its radius, 0 or more. */
+    const float *positions;
+    /* 3 numbers a particle, units a second; NULL where all rest. */
+    const float *velocities;
+} dm_particles_desc;
+
+/* Particles in a context, and the level that they bounce off. Zero is none. */
+typedef struct dm_particles {
+    /* Number of the handle; it never names another object in the life of the process. */
+    uint64_t id;
+} dm_particles;
+
+/* Arrays that particles are written to; those that are NULL are left out. */
+typedef struct dm_flights {
+    /* sizeof(dm_flights). */
+    uint32_t size;
+    /* Rows that each array has, as many as there are particles. */
+    uint32_t count;
+    /* 4 numbers a particle: its centre and its radius. */
+    float *positions;
+    /* 3 numbers a particle, units a second. */
+    float *velocities;
+    /* How often each has touched the level so far, and been pushed out of it. */
+    uint32_t *contacts;
+} dm_flights;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1619,6 +1808,348 @@ dm_result dm_spine_get_info(struct dm_spine spine, struct dm_spine_info *out);
 dm_result dm_spine_at(struct dm_spine spine,
                       double arc_length,
                       struct dm_spine_section *out);
+
+/*
+ Fills options with the defaults, those that NULL in their place has.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL or DM_ERROR_STRUCT_SIZE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_sphere_mesh_options_default(struct dm_sphere_mesh_options *out);
+
+/*
+ Builds the sphere-mesh of a sequence: all levels, from one sphere a vertex to one a connected component.
+
+ desc: copied with its arrays. options: NULL for the defaults. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any; works on all cores, about a microsecond a vertex and frame.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_ARGUMENT naming the frame, vertex or triangle that cannot be used,
+ or the option that is out of range; DM_ERROR_MEMORY where the build needs more than there is, before it begins.
+
+ Pointers:
+ desc is NULL or valid with its arrays, each as long as its numbers say; options is NULL or valid, and its progress may be
+ called by any thread, one at a time, until the call returns; out is NULL or valid.
+ */
+dm_result dm_sphere_mesh_build(const struct dm_sequence_desc *desc,
+                               const struct dm_sphere_mesh_options *options,
+                               struct dm_sphere_mesh *out);
+
+/*
+ Reads a sphere-mesh from a file (.dsm) that dm_sphere_mesh_save or `dermis sphere-mesh build` wrote.
+
+ path: UTF-8. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_ARGUMENT where path is not UTF-8; DM_ERROR_FILE where the file cannot be read, is none of
+ these or is damaged.
+
+ Pointers:
+ path is NULL or text that ends with zero; out is NULL or valid.
+ */
+dm_result dm_sphere_mesh_load(const char *path,
+                              struct dm_sphere_mesh *out);
+
+/*
+ Writes a sphere-mesh with all its levels to a file (.dsm). A file that is there is replaced once the new one is whole.
+
+ path: UTF-8.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where path is not UTF-8; DM_ERROR_FILE where it cannot be
+ written.
+
+ Pointers:
+ path is NULL or text that ends with zero.
+ */
+dm_result dm_sphere_mesh_save(struct dm_sphere_mesh mesh,
+                              const char *path);
+
+/*
+ Destroys a sphere-mesh. Its levels stay usable.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there is no such sphere-mesh (any more).
+ */
+dm_result dm_sphere_mesh_destroy(struct dm_sphere_mesh mesh);
+
+/*
+ Tells the numbers of a sphere-mesh.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE or DM_ERROR_HANDLE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_sphere_mesh_get_info(struct dm_sphere_mesh mesh, struct dm_sphere_mesh_info *out);
+
+/*
+ Tells the least number of spheres whose error is at most this.
+
+ error: as dm_level_info.error, % of the diagonal. out: receives the number.
+
+ Threads: any. Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the error is negative or no number.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_sphere_mesh_spheres_for(struct dm_sphere_mesh mesh,
+                                     double error,
+                                     uint32_t *out);
+
+/*
+ Opens the level of a sphere-mesh with this many spheres.
+
+ spheres: from dm_sphere_mesh_info.least_spheres to dm_sphere_mesh_info.vertices. flags: DM_LEVEL_PLAIN, or 0, by which every
+ vertex goes to the nearest of its sphere and that sphere's neighbours, which are joined anew. out: receives the handle, which is
+ the caller's to destroy.
+
+ Threads: any; works on all cores.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for unknown flags, or naming the range where there is no such
+ level.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_level_create(struct dm_sphere_mesh mesh,
+                          uint32_t spheres,
+                          uint32_t flags,
+                          struct dm_level *out);
+
+/*
+ Destroys a level. Colliders and particles that were made with it stay usable.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there is no such level (any more).
+ */
+dm_result dm_level_destroy(struct dm_level level);
+
+/*
+ Tells the numbers of a level.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL, DM_ERROR_STRUCT_SIZE or DM_ERROR_HANDLE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_level_get_info(struct dm_level level, struct dm_level_info *out);
+
+/*
+ Reads the spheres of a level at a time, with its edges and triangles.
+
+ spheres: its arrays are filled.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE where the arrays have other numbers of rows than
+ dm_level_info says; DM_ERROR_ARGUMENT where the time is not finite.
+
+ Pointers:
+ spheres is NULL or valid, and each of its arrays is NULL or has as many rows as it says.
+ */
+dm_result dm_level_read(struct dm_level level,
+                        const struct dm_spheres *spheres);
+
+/*
+ Prepares a level at a time for collisions with its spheres, capsules and thick triangles.
+
+ time: in frames, as dm_spheres.time. out: receives the handle, which is the caller's to destroy.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT where the time is not finite.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_collider_create(struct dm_level level, double time, struct dm_collider *out);
+
+/*
+ Destroys a collider.
+
+ Threads: any. Returns DM_OK, or DM_ERROR_HANDLE where there is no such collider (any more).
+ */
+dm_result dm_collider_destroy(struct dm_collider collider);
+
+/*
+ Tells where moving spheres first touch, in closed form and double precision: nothing tunnels through, however fast.
+
+ One that begins inside is pushed out along the normal of a primitive that holds it, at time 0. One that begins on the surface
+ touches at time 0 if it moves inwards, and is free if it moves outwards: what has bounced goes on.
+
+ sweeps: its arrays hits and states are filled.
+
+ Threads: any; works on all cores.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT naming the row that is not finite, is beyond
+ 1e60 or has a negative radius, or for too many of them.
+
+ Pointers:
+ sweeps is NULL or valid, and each of its arrays is NULL or has as many rows as it says.
+ */
+dm_result dm_collider_sweep(struct dm_collider collider,
+                            const struct dm_sweeps *sweeps);
+
+/*
+ Fills settings with the defaults, those that NULL in their place has.
+
+ out: size set by the caller, the rest is filled.
+
+ Threads: any. Returns DM_OK, DM_ERROR_NULL or DM_ERROR_STRUCT_SIZE.
+
+ Pointers:
+ out is NULL or valid.
+ */
+dm_result dm_particle_settings_default(struct dm_particle_settings *out);
+
+/*
+ Makes particles in a context, around a level of a sphere-mesh.
+
+ time: in frames, where the level is (dm_spheres.time). desc: copied with its arrays. settings: NULL for the defaults; copied.
+ out: receives the handle, which is the caller's to destroy. The particles keep what they need of context and level, which may be
+ destroyed before them.
+
+ Threads: any; other calls on the context wait meanwhile, and it waits for the device.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT naming the particle, sphere or setting that
+ is not finite or out of range; DM_ERROR_MEMORY; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ desc is NULL or valid, and each of its arrays is NULL or has as many rows as it says; settings and out are NULL or valid.
+ */
+dm_result dm_particles_create(struct dm_context context,
+                              struct dm_level level,
+                              double time,
+                              const struct dm_particles_desc *desc,
+                              const struct dm_particle_settings *settings,
+                              struct dm_particles *out);
+
+/*
+ Destroys particles.
+
+ Threads: any; a call that uses them on another thread completes first. Does not wait for the device: memory goes when the
+ device is done with it.
+
+ Returns DM_OK, or DM_ERROR_HANDLE where there are no such particles (any more).
+ */
+dm_result dm_particles_destroy(struct dm_particles particles);
+
+/*
+ Lets particles fly for some seconds, while the level goes straight to where it is at a time. They bounce off its spheres,
+ capsules and thick triangles, as often as their settings allow; nothing tunnels through, however fast, and none is inside at the
+ end. Submits to the context's queue and does not wait, unless two frames are on their way already; on the CPU it computes.
+
+ time: in frames, where the level is at the end. seconds: above 0, up to 1000.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for a time that is not finite, or seconds out of range; DM_ERROR_VULKAN;
+ DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC. Where it is not DM_OK neither particles nor level have moved.
+ */
+dm_result dm_particles_advance(struct dm_particles particles,
+                               double time,
+                               float seconds);
+
+/*
+ Has the level at a time at once, for cuts: no particle is hit on the way. Those inside are pushed out at the end of the next
+ frame.
+
+ time: in frames.
+
+ Threads: any. Returns DM_OK, DM_ERROR_HANDLE, DM_ERROR_ARGUMENT for a time that is not finite, DM_ERROR_DEVICE_LOST or
+ DM_ERROR_PANIC.
+ */
+dm_result dm_particles_place(struct dm_particles particles,
+                             double time);
+
+/*
+ Reads particles after the last frame; waits for it.
+
+ flights: where to put them; the arrays are the caller's.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_SIZE where flights has another number of rows;
+ DM_ERROR_VULKAN; DM_ERROR_MEMORY; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ flights is NULL or valid, and each of its arrays is NULL or has as many rows as it says.
+ */
+dm_result dm_particles_read(struct dm_particles particles,
+                            const struct dm_flights *flights);
+
+/*
+ Replaces all particles; waits for the last frame. They have not touched anything yet.
+
+ desc: as many as there are; copied with its arrays.
+
+ Threads: any.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_ARGUMENT for another number of particles, or naming
+ one that is not finite or out of range; DM_ERROR_VULKAN, DM_ERROR_MEMORY or DM_ERROR_DEVICE_LOST, by which some may be replaced and
+ others not until a call succeeds; DM_ERROR_PANIC.
+
+ Pointers:
+ desc is NULL or valid, and each of its arrays is NULL or has as many rows as it says.
+ */
+dm_result dm_particles_write(struct dm_particles particles,
+                             const struct dm_particles_desc *desc);
+
+/*
+ Makes a buffer of the host's an output of particles: dm_particles_record writes one vertex a particle, its position and, where
+ the description has normals, which are DM_NORMAL_F32 then, its velocity in their place.
+
+ context: the particles', made by dm_context_adopt or of the same device. desc: copied; the buffer stays the host's; its
+ instance_stride is of no meaning. out: receives the handle, which is the caller's to destroy before the buffer.
+
+ Threads: any. Submits nothing.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_STRUCT_SIZE; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the particles are of another
+ context; DM_ERROR_ARGUMENT where the vertices do not fit, for normals in bytes, for a queue family that the device has not, or on
+ the CPU; DM_ERROR_MEMORY for a buffer longer than a shader can bind; DM_ERROR_VULKAN; DM_ERROR_DEVICE_LOST; DM_ERROR_PANIC.
+
+ Pointers:
+ desc and out are NULL or valid; the buffer is valid and as long as desc says until the output is destroyed.
+ */
+dm_result dm_particles_output(struct dm_context context,
+                              struct dm_particles particles,
+                              const struct dm_output_desc *desc,
+                              struct dm_output *out);
+
+/*
+ Records a frame into a command buffer of the host's: what dm_particles_advance submits, and the writing of the output.
+ Submits nothing, waits for nothing, allocates nothing.
+
+ The command buffer (VkCommandBuffer) before and after: as in dm_frame_record. The host submits it to the context's queue, once,
+ and frames in the order of their recording.
+
+ frame_slot: below DM_FRAME_SLOTS; what was recorded with it before has to be done, since its level is overwritten. time, seconds:
+ as in dm_particles_advance. output: of these particles, or zero for none.
+
+ Threads: any that may record into the command buffer.
+
+ Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of something else; DM_ERROR_ARGUMENT for the
+ slot, the time or the seconds, or on the CPU; DM_ERROR_DEVICE_LOST where another call has found it; DM_ERROR_PANIC. Where it is
+ not DM_OK nothing is recorded.
+
+ Pointers:
+ The command buffer is NULL or in the state above; particles and output are not destroyed before it is done.
+ */
+dm_result dm_particles_record(struct dm_particles particles,
+                              void *command_buffer,
+                              uint32_t frame_slot,
+                              double time,
+                              float seconds,
+                              struct dm_output output);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -46,6 +46,7 @@ pub mod frame;
 pub mod gpu;
 pub mod layout;
 pub mod mesh;
+pub mod particles;
 pub mod pass;
 pub mod render;
 pub mod report;

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     deformer::{Normals, Output, VertexLayout},
-    gpu::{Handover, HostCommands},
+    gpu::{Buffer, Gpu, Handover, HostCommands},
 };
 
 /// Number of frames that may be on the device at once: frame slots are below it.
@@ -66,8 +66,9 @@ structs!(dm_output_desc since instance_stride);
 
 /// What an output's handle stands for.
 pub(super) struct HostOutput {
-    output: Output,
-    deformer: dm_deformer,
+    pub(super) output: Output,
+    /// Number of the deformer's handle, or of the particles'.
+    pub(super) source: u64,
 }
 
 /// Makes a buffer of the host's an output of a deformer: dm_frame_record writes one vertex for each of dm_rig_info.vertices, of
@@ -98,10 +99,7 @@ pub unsafe extern "C" fn dm_output_create(
         let gpu = gpu_of(context)?;
         let mut layout = layout(&desc)?;
         // SAFETY: the caller's promise.
-        let buffer = unsafe {
-            let raw = vk::Buffer::from_raw(desc.buffer);
-            gpu.host_buffer(raw, "host_vertices", desc.bytes)?
-        };
+        let buffer = unsafe { host_buffer(&gpu, &desc)? };
         let output = deformer::with(deformer, |instance| {
             if instance.context != context {
                 let message = "the deformer is of another context";
@@ -114,14 +112,23 @@ pub unsafe extern "C" fn dm_output_create(
                 .deformer
                 .output(&buffer, &layout, &handover(&desc))?)
         })?;
-        let handle = handle::insert(HostOutput { output, deformer })?;
+        let source = deformer.id;
+        let handle = handle::insert(HostOutput { output, source })?;
         // SAFETY: not NULL; the caller's promise.
         unsafe { pointer::put(out, handle) };
         Ok(())
     })
 }
 
-fn layout(desc: &dm_output_desc) -> Outcome<VertexLayout> {
+/// # Safety
+/// The buffer is valid and as long as `desc` says until all handles to it are dropped.
+pub(super) unsafe fn host_buffer(gpu: &Gpu, desc: &dm_output_desc) -> Outcome<Buffer> {
+    let raw = vk::Buffer::from_raw(desc.buffer);
+    // SAFETY: the caller's promise.
+    Ok(unsafe { gpu.host_buffer(raw, "host_vertices", desc.bytes)? })
+}
+
+pub(super) fn layout(desc: &dm_output_desc) -> Outcome<VertexLayout> {
     let at = u64::from(desc.normal_offset);
     let normals = match desc.normal_format {
         DM_NORMAL_NONE => Normals::None,
@@ -143,7 +150,7 @@ fn layout(desc: &dm_output_desc) -> Outcome<VertexLayout> {
     })
 }
 
-fn handover(desc: &dm_output_desc) -> Handover {
+pub(super) fn handover(desc: &dm_output_desc) -> Handover {
     let stages = match desc.stages {
         0 => vk::PipelineStageFlags::ALL_COMMANDS,
         stages => vk::PipelineStageFlags::from_raw(stages),
@@ -153,6 +160,14 @@ fn handover(desc: &dm_output_desc) -> Handover {
         access: vk::AccessFlags::from_raw(desc.access),
         family: (desc.queue_family != DM_SAME_FAMILY).then_some(desc.queue_family),
     }
+}
+
+/// # Safety
+/// The command buffer is NULL, or being recorded outside of a render pass as long as the handle is used.
+pub(super) unsafe fn host_commands(command_buffer: *mut c_void) -> Outcome<HostCommands> {
+    pointer::not_null(command_buffer, "command_buffer")?;
+    // SAFETY: the caller's promise.
+    Ok(unsafe { HostCommands::new(vk::CommandBuffer::from_raw(command_buffer as u64)) })
 }
 
 /// Destroys an output; the buffer stays as it is. The commands that were recorded with it have to be done.
@@ -197,10 +212,8 @@ pub unsafe extern "C" fn dm_frame_record(
     output: dm_output,
 ) -> dm_result {
     guard("dm_frame_record", || {
-        pointer::not_null(command_buffer, "command_buffer")?;
         // SAFETY: the caller's promise.
-        let commands =
-            unsafe { HostCommands::new(vk::CommandBuffer::from_raw(command_buffer as u64)) };
+        let commands = unsafe { host_commands(command_buffer)? };
         let record = |output: Option<&mut Output>| {
             deformer::with(deformer, |instance| {
                 // SAFETY: the caller's promise.
@@ -214,7 +227,7 @@ pub unsafe extern "C" fn dm_frame_record(
             return record(None);
         }
         handle::with(output, |host| {
-            if host.deformer != deformer {
+            if host.source != deformer.id {
                 handle::get(deformer)?;
                 let message = "the output is of another deformer";
                 return Err(Fault::new(dm_result::DM_ERROR_FOREIGN, message));

@@ -8,9 +8,12 @@ use super::{
     embed::HostOutput,
     flesh::Fleshed,
     guard::{Fault, Outcome, dm_result},
+    levels::Opened,
+    particles::Flying,
     rig::Character,
     spine::SharedSpine,
 };
+use crate::sphere_mesh::{Collider, Hierarchy};
 
 /// A device, or the CPU in its place. Zero is no context.
 #[repr(C)]
@@ -36,7 +39,7 @@ pub struct dm_deformer {
     pub id: u64,
 }
 
-/// A buffer of the host's that frames of one deformer are written into. Zero is no output.
+/// A buffer of the host's that frames of one deformer, or particles, are written into. Zero is no output.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct dm_output {
@@ -60,6 +63,38 @@ pub struct dm_flesh {
     pub id: u64,
 }
 
+/// A sphere-mesh with all its levels; immutable, and independent of contexts. Zero is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_sphere_mesh {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
+/// A level of a sphere-mesh; immutable, and independent of contexts. Zero is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_level {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
+/// A level at one time, ready for collisions; immutable, and independent of contexts. Zero is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_collider {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
+/// Particles in a context, and the level that they bounce off. Zero is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct dm_particles {
+    /// Number of the handle; it never names another object in the life of the process.
+    pub id: u64,
+}
+
 type Shared<T> = Arc<Mutex<T>>;
 
 /// What a handle stands for.
@@ -71,6 +106,10 @@ pub(super) enum Object {
     Output(Shared<HostOutput>),
     Spine(Shared<SharedSpine>),
     Flesh(Shared<Fleshed>),
+    SphereMesh(Shared<Arc<Hierarchy>>),
+    Level(Shared<Arc<Opened>>),
+    Collider(Shared<Arc<Collider>>),
+    Particles(Shared<Flying>),
 }
 
 /// A typed handle.
@@ -123,6 +162,10 @@ handle!(dm_deformer, Instance, Deformer, 3);
 handle!(dm_output, HostOutput, Output, 4);
 handle!(dm_spine, SharedSpine, Spine, 5);
 handle!(dm_flesh, Fleshed, Flesh, 6);
+handle!(dm_sphere_mesh, Arc<Hierarchy>, SphereMesh, 7);
+handle!(dm_level, Arc<Opened>, Level, 8);
+handle!(dm_collider, Arc<Collider>, Collider, 9);
+handle!(dm_particles, Flying, Particles, 10);
 
 /// A row of the table.
 struct Slot {

@@ -1,4 +1,4 @@
-//! The C interface, `include/dermis.h`: contexts, rigs, deformers and spines behind handles, with error codes.
+//! The C interface, `include/dermis.h`: contexts, rigs, deformers, spines and sphere-meshes behind handles, with error codes.
 //!
 //! `tools/libdermis` makes the C library of it; `cargo xtask header` writes the header, in which the documentation of these
 //! items is the manual. Only the public side of the crate is used here.
@@ -31,10 +31,19 @@ mod settings;
 mod flesh;
 mod spine;
 
+mod spheres;
+
+mod levels;
+
+mod collide;
+
+mod particles;
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod panic_tests;
 
+pub use collide::*;
 pub use context::*;
 pub use deformer::*;
 pub use devices::*;
@@ -42,14 +51,17 @@ pub use embed::*;
 pub use flesh::*;
 pub use guard::*;
 pub use handle::*;
+pub use levels::*;
 pub use log::*;
 pub use mesh::*;
 pub use options::*;
+pub use particles::*;
 pub use report::*;
 pub use rig::*;
 pub use settings::*;
 pub use shapes::*;
 pub use skeleton::*;
+pub use spheres::*;
 pub use spine::*;
 pub use vulkan::*;
 

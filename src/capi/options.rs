@@ -179,7 +179,7 @@ pub(super) struct Preparation {
 
 /// Whom to tell how far a preparation is.
 #[derive(Default)]
-struct Listener(Option<Heard>);
+pub(super) struct Listener(Option<Heard>);
 
 struct Heard {
     call: unsafe extern "C" fn(*mut c_void, *const c_char, u64, u64),
@@ -190,7 +190,15 @@ struct Heard {
 unsafe impl Sync for Heard {}
 
 impl Listener {
-    fn tell(&self, progress: Progress) {
+    /// Tells `call`, where there is one, with `user`.
+    pub(super) fn new(call: dm_progress, user: *mut c_void) -> Self {
+        Self(call.map(|call| Heard {
+            call,
+            user: Mutex::new(user),
+        }))
+    }
+
+    pub(super) fn tell(&self, progress: Progress) {
         let Some(heard) = &self.0 else { return };
         let stage = c_text(progress.stage);
         let user = heard.user.lock();
@@ -261,10 +269,7 @@ impl Preparation {
                 options,
                 primitives,
                 cache: pointer::optional_path(given.cache, "options.cache")?,
-                progress: Listener(given.progress.map(|call| Heard {
-                    call,
-                    user: Mutex::new(given.progress_user),
-                })),
+                progress: Listener::new(given.progress, given.progress_user),
             })
         }
     }

@@ -283,3 +283,51 @@ fn a_defect_breaks_the_spine_or_the_flesh_that_was_in_use() {
     fine(dm_flesh_destroy(flesh));
     fine(dm_spine_destroy(whole));
 }
+
+/// Three spheres of a box that grows, as a level.
+fn level() -> (dm_sphere_mesh, dm_level) {
+    let corner = |i: u32| [0, 1, 2].map(|axis| (i >> axis & 1) as f32);
+    let frames = [1.0f32, 1.5].map(|scale| (0..8).map(move |i| corner(i).map(|x| x * scale)));
+    let positions: Vec<[f32; 3]> = frames.into_iter().flatten().collect();
+    let indices: [[u32; 3]; 4] = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6]];
+    let mut desc = sized::<dm_sequence_desc>();
+    (desc.vertices, desc.triangles, desc.frames) = (8, 4, 2);
+    (desc.positions, desc.indices) = (positions.as_ptr().cast(), indices.as_ptr().cast());
+    let (mut mesh, mut level) = (dm_sphere_mesh::default(), dm_level::default());
+    // SAFETY: the arrays are as long as the description says.
+    unsafe {
+        fine(dm_sphere_mesh_build(&desc, null(), &mut mesh));
+        fine(dm_level_create(mesh, 3, 0, &mut level));
+    }
+    (mesh, level)
+}
+
+#[test]
+#[allow(clippy::undocumented_unsafe_blocks)]
+fn a_defect_breaks_the_sphere_mesh_the_level_or_the_particles_that_were_in_use() {
+    let context = context();
+    let (mesh, whole) = level();
+    let positions = [0.5f32, 3.0, 0.5, 0.1];
+    let mut desc = sized::<dm_particles_desc>();
+    (desc.count, desc.positions) = (1, positions.as_ptr());
+    let mut particles = dm_particles::default();
+    let made = unsafe { dm_particles_create(context, whole, 0.0, &desc, null(), &mut particles) };
+    fine(made);
+    let advance = || dm_particles_advance(particles, 1.0, 0.1);
+    break_in("dm_particles_advance", &advance);
+    let written = unsafe { dm_particles_write(particles, &desc) };
+    assert_eq!(written, DM_ERROR_PANIC);
+    fine(dm_particles_destroy(particles));
+    let of_level = || unsafe { dm_level_get_info(whole, &mut sized()) };
+    let of_mesh = || unsafe { dm_sphere_mesh_get_info(mesh, &mut sized()) };
+    break_in("dm_sphere_mesh_get_info", &of_mesh);
+    // The level has what it needs of the sphere-mesh.
+    fine(of_level());
+    break_in("dm_level_get_info", &of_level);
+    let mut collider = dm_collider::default();
+    let made = unsafe { dm_collider_create(whole, 0.0, &mut collider) };
+    assert_eq!(made, DM_ERROR_PANIC);
+    fine(dm_level_destroy(whole));
+    fine(dm_sphere_mesh_destroy(mesh));
+    fine(dm_context_destroy(context));
+}

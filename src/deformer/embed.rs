@@ -6,7 +6,7 @@ use super::{Deformer, Poses, Resource, machine::Machine};
 use crate::{
     Error, Result,
     frame::{Frame, FrameBuilder, Slot},
-    gpu::{Buffer, FRAMES_IN_FLIGHT, Handover, HostCommands},
+    gpu::{Buffer, FRAMES_IN_FLIGHT, Gpu, Handover, HostCommands},
     pass,
 };
 
@@ -36,19 +36,72 @@ pub struct VertexLayout {
     pub normals: Normals,
 }
 
-/// A buffer of the host's into which recorded frames write their skin. Dropped before its deformer or after, but only when the
-/// device is done with the commands that use it.
+/// A buffer of the host's into which recorded frames write their skin, or particles. Dropped before its deformer or after, but only
+/// when the device is done with the commands that use it.
 pub struct Output {
     frame: Frame,
     buffer: Buffer,
     handover: Handover,
-    /// Of its deformer.
-    skin: vk::Buffer,
+    /// Positions that it is filled from.
+    source: vk::Buffer,
+}
+
+impl Output {
+    /// Filled from positions and normals, each four numbers a row, of so many instances.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        [positions, normals]: [&Buffer; 2],
+        (buffer, handover): (&Buffer, &Handover),
+        constants: &pass::output::Constants,
+        instances: u32,
+    ) -> Result<Self> {
+        gpu.check_handover(handover)?;
+        let mut builder = FrameBuilder::new(gpu, "output");
+        builder
+            .pass(&pass::output::DECLARATION)
+            .bind("skin_positions", positions)
+            .bind("skin_normals", normals)
+            .bind("host_vertices", buffer)
+            .constants(constants)
+            .items(constants.rows)
+            .instances(instances);
+        Ok(Self {
+            frame: builder.build()?,
+            buffer: buffer.clone(),
+            handover: *handover,
+            source: positions.raw(),
+        })
+    }
+
+    /// It is filled from these positions.
+    pub(crate) fn is_from(&self, positions: &Buffer) -> bool {
+        self.source == positions.raw()
+    }
+
+    /// Records the filling, and hands the buffer over.
+    pub(crate) fn record(&mut self, commands: &HostCommands, slot: Slot) -> Result<()> {
+        let (buffer, handover) = (&self.buffer, &self.handover);
+        self.frame
+            .record_and_hand_over(commands, slot, buffer, handover)
+    }
+}
+
+/// The slot of this number.
+pub(crate) fn frame_slot(slot: usize) -> Result<Slot> {
+    Slot::new(slot).ok_or_else(|| {
+        let reason = format!("{slot} of {FRAMES_IN_FLIGHT}");
+        Error::argument("frame slot", reason)
+    })
 }
 
 impl VertexLayout {
     /// The pass's constants for `rows` vertices of each of `instances` in `bytes`.
-    fn constants(&self, rows: u32, instances: u32, bytes: u64) -> Result<pass::output::Constants> {
+    pub(crate) fn constants(
+        &self,
+        rows: u32,
+        instances: u32,
+        bytes: u64,
+    ) -> Result<pass::output::Constants> {
         let refuse = |reason: String| Err(Error::argument("vertex layout", reason));
         let (normals, normal_offset, room) = match self.normals {
             Normals::None => (pass::output::NO_NORMALS, 0, 0),
@@ -126,25 +179,14 @@ impl Deformer {
         };
         let constants =
             layout.constants(self.statics.sizes.rows, self.instances(), buffer.bytes())?;
-        m.gpu.check_handover(handover)?;
-        let mut builder = FrameBuilder::new(&m.gpu, "output");
-        builder
-            .pass(&pass::output::DECLARATION)
-            .bind(
-                "skin_positions",
-                m.resources.buffer(Resource::SkinPositions),
-            )
-            .bind("skin_normals", m.resources.buffer(Resource::SkinNormals))
-            .bind("host_vertices", buffer)
-            .constants(&constants)
-            .items(constants.rows)
-            .instances(self.instances());
-        Ok(Output {
-            frame: builder.build()?,
-            buffer: buffer.clone(),
-            handover: *handover,
-            skin: m.resources.buffer(Resource::SkinPositions).raw(),
-        })
+        let skin = [Resource::SkinPositions, Resource::SkinNormals];
+        Output::new(
+            &m.gpu,
+            skin.map(|r| m.resources.buffer(r)),
+            (buffer, handover),
+            &constants,
+            self.instances(),
+        )
     }
 
     /// Records a frame into a command buffer of the host's: everything that [`Deformer::advance`] submits, and the writing of
@@ -163,10 +205,7 @@ impl Deformer {
         poses: impl Into<Poses<'a>>,
         output: Option<&mut Output>,
     ) -> Result<()> {
-        let slot = Slot::new(slot).ok_or_else(|| {
-            let reason = format!("{slot} of {FRAMES_IN_FLIGHT}");
-            Error::argument("frame slot", reason)
-        })?;
+        let slot = frame_slot(slot)?;
         self.check_output(output.as_deref())?;
         self.set_poses(poses.into())?;
         let Machine::Gpu(m) = &mut self.machine else {
@@ -175,14 +214,8 @@ impl Deformer {
         m.resources.pose(slot, &self.upload)?;
         m.order(&self.upload);
         m.frame.record_spans(commands, slot, &m.spans)?;
-        if let Some(Output {
-            frame,
-            buffer,
-            handover,
-            ..
-        }) = output
-        {
-            frame.record_and_hand_over(commands, slot, buffer, handover)?;
+        if let Some(output) = output {
+            output.record(commands, slot)?;
         }
         self.follow();
         Ok(())
@@ -194,7 +227,7 @@ impl Deformer {
             return Err(no_commands());
         };
         match output {
-            Some(output) if output.skin != m.resources.buffer(Resource::SkinPositions).raw() => {
+            Some(output) if !output.is_from(m.resources.buffer(Resource::SkinPositions)) => {
                 let reason = "it was made with another deformer";
                 Err(Error::argument("output", reason))
             }
@@ -203,7 +236,7 @@ impl Deformer {
     }
 }
 
-fn no_commands() -> Error {
+pub(crate) fn no_commands() -> Error {
     Error::argument("device", "the cpu device records no commands")
 }
 

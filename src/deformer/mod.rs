@@ -22,6 +22,7 @@ use std::{sync::Arc, time::Instant};
 use glam::Vec3;
 
 pub use embed::{Normals, Output, VertexLayout};
+pub(crate) use embed::{frame_slot, no_commands};
 pub use instance::{Instance, Poses};
 pub use places::Places;
 pub use plan::{Extent, Pass, Sizes, Step};

@@ -20,6 +20,8 @@ pub struct Features {
     pub calibrated_timestamps: bool,
     /// Lines as a polygon mode, for wireframes.
     pub wireframe: bool,
+    /// Fragment shaders run a sample each, for smooth outlines of what they intersect; the fallback has steps there.
+    pub sample_shading: bool,
 }
 
 impl Features {
@@ -30,6 +32,7 @@ impl Features {
         labels: true,
         calibrated_timestamps: true,
         wireframe: true,
+        sample_shading: true,
     };
     /// Only the baseline.
     pub const NONE: Self = Self {
@@ -38,6 +41,7 @@ impl Features {
         labels: false,
         calibrated_timestamps: false,
         wireframe: false,
+        sample_shading: false,
     };
 }
 
@@ -84,6 +88,7 @@ impl Offer {
             calibrated_timestamps: wanted.calibrated_timestamps
                 && has(ext::calibrated_timestamps::NAME),
             wireframe: wanted.wireframe && core.fill_mode_non_solid == vk::TRUE,
+            sample_shading: wanted.sample_shading && core.sample_rate_shading == vk::TRUE,
         };
         Ok(Self {
             used,
@@ -121,7 +126,9 @@ pub(crate) fn create_device(
         .queue_family_index(physical.family)
         .queue_priorities(&[1.0]);
     let queues = [queue];
-    let core = vk::PhysicalDeviceFeatures::default().fill_mode_non_solid(used.wireframe);
+    let core = vk::PhysicalDeviceFeatures::default()
+        .fill_mode_non_solid(used.wireframe)
+        .sample_rate_shading(used.sample_shading);
     let mut timeline =
         vk::PhysicalDeviceTimelineSemaphoreFeatures::default().timeline_semaphore(true);
     let mut info = vk::DeviceCreateInfo::default()

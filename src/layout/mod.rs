@@ -1,6 +1,7 @@
 //! Structs that shaders share (`shaders/shared/types.glsl`): same names, same fields, same order, std430/std140 layout.
 
 pub mod field_grid;
+pub mod particles;
 
 use bytemuck::{Pod, Zeroable};
 

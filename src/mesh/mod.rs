@@ -13,6 +13,7 @@ pub use cotangent::{cotangent, lumped_areas};
 pub use grid::TriangleGrid;
 pub use mean_value::mean_value;
 pub use rings::rings;
+pub use topology::normals;
 pub use weld::{Welded, weld};
 
 /// Rows of rows in one flat array: row `i` is `items[offsets[i]..offsets[i + 1]]`.

@@ -42,7 +42,7 @@ impl Mesh {
 }
 
 /// Area-weighted unit normals, zero where a vertex has no triangle of positive area.
-pub(super) fn normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+pub fn normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for t in triangles {
         let [a, b, c] = t.map(|v| positions[v as usize].as_dvec3());

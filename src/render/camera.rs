@@ -12,6 +12,10 @@ use crate::{Error, Result};
 /// Share of the picture's half-width or half-height that a framed cloud may fill.
 const FILL: f32 = 0.92;
 
+/// Between the 26 directions of [`Bounds`] a ball reaches beyond its extreme points by up to an eighth. Half of that is
+/// added to its radius, the rest is less than what [`FILL`] leaves free.
+const BETWEEN: f32 = 1.06;
+
 /// Steps of a full turn at which a turntable's camera is fitted.
 const TURNS: usize = 24;
 
@@ -32,6 +36,15 @@ impl Bounds {
         let points: Option<Vec<_>> = directions().map(|d| extreme(d).copied()).collect();
         let points = points.unwrap_or_else(|| directions().map(|d| d * 0.5).collect());
         Self { points }
+    }
+
+    /// Bounds of spheres, each a centre and a radius.
+    pub fn of_balls(balls: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
+        let ends = |(centre, radius): (Vec3, f32)| {
+            directions().map(move |d| centre + d.normalize_or_zero() * (radius * BETWEEN))
+        };
+        let points: Vec<Vec3> = balls.into_iter().flat_map(ends).collect();
+        Self::of(&points)
     }
 
     /// Bounds of both.

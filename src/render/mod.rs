@@ -8,13 +8,20 @@ mod colour;
 mod font;
 mod legend;
 mod picture;
+mod regions;
 mod renderer;
+mod sphere_pass;
+mod spheres;
 
 pub use camera::{Bounds, Camera, Projection, View};
 pub use colour::{Attributes, ERROR_SCALE, STATES, Shading, colours};
 pub use legend::legend;
 pub use picture::{Picture, sheet};
+pub use regions::{Cut, cut_regions, region_colours};
 pub use renderer::{Background, Renderer, Scene};
+pub use spheres::Spheres;
 
+#[cfg(test)]
+mod sphere_tests;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
 
-use super::{Camera, Picture};
+use super::{Camera, Picture, Spheres, sphere_pass::SpherePass};
 use crate::{
     Error, Result,
     gpu::{
@@ -19,6 +19,8 @@ const SKIN: Shaders = Shaders {
     buffers: 4,
     constants: size_of::<SkinConstants>() as u32,
     depth: true,
+    blend: false,
+    each_sample: false,
 };
 
 const BACKDROP: Shaders = Shaders {
@@ -28,6 +30,8 @@ const BACKDROP: Shaders = Shaders {
     buffers: 0,
     constants: size_of::<[Vec4; 2]>() as u32,
     depth: false,
+    blend: false,
+    each_sample: false,
 };
 
 /// Names of the vertex shader's storage buffers, in the order of its bindings.
@@ -99,6 +103,8 @@ pub struct Renderer {
     skin: Pipeline,
     backdrop: Pipeline,
     buffers: [Option<Buffer>; 4],
+    /// Made with the first picture that has spheres.
+    spheres: Option<SpherePass>,
 }
 
 impl Renderer {
@@ -113,6 +119,7 @@ impl Renderer {
             gpu: gpu.clone(),
             canvas,
             buffers: [const { None }; 4],
+            spheres: None,
         })
     }
 
@@ -126,9 +133,22 @@ impl Renderer {
     ///
     /// Fails where columns differ in length, a triangle names no vertex, or the device fails.
     pub fn draw(&mut self, scene: &Scene) -> Result<Picture> {
+        self.draw_with(scene, &Spheres::default())
+    }
+
+    /// As [`Renderer::draw`], with `spheres` in the same picture: what is nearer hides what is farther, whichever it is.
+    pub fn draw_with(&mut self, scene: &Scene, spheres: &Spheres) -> Result<Picture> {
         check(scene)?;
+        if self.spheres.is_none() && !spheres.primitives.is_empty() {
+            self.spheres = Some(SpherePass::new(&self.canvas)?);
+        }
+        let (gpu, size) = (&self.gpu, self.canvas.size());
+        let pass = self.spheres.as_mut();
+        let pass = pass.filter(|_| !spheres.primitives.is_empty());
+        let round = pass.map(|p| p.bind(gpu, spheres, &scene.camera, size));
+        let round = round.transpose()?;
         let background = [scene.background.top, scene.background.bottom].map(opaque);
-        let constants = constants(scene, self.aspect());
+        let constants = constants(scene, size.0 as f32 / size.1 as f32);
         let rows: [&[u8]; 4] = [
             bytemuck::cast_slice(scene.positions),
             bytemuck::cast_slice(scene.normals),
@@ -137,9 +157,9 @@ impl Renderer {
         ];
         let mut bound = Vec::with_capacity(rows.len());
         for ((slot, name), bytes) in self.buffers.iter_mut().zip(BUFFERS).zip(rows) {
-            bound.push(filled(&self.gpu, slot, name, bytes)?);
+            bound.push(filled(gpu, slot, name, bytes)?);
         }
-        let rgba = self.canvas.draw(&[
+        let mut draws = vec![
             Draw {
                 pipeline: &self.backdrop,
                 buffers: &[],
@@ -152,8 +172,10 @@ impl Renderer {
                 constants: bytemuck::bytes_of(&constants),
                 vertices: 3 * scene.triangles.len() as u32,
             },
-        ])?;
-        let (width, height) = self.canvas.size();
+        ];
+        draws.extend(round.iter().map(|r| r.draw()));
+        let rgba = self.canvas.draw(&draws)?;
+        let (width, height) = size;
         Ok(Picture {
             width,
             height,
@@ -163,7 +185,7 @@ impl Renderer {
 }
 
 /// The buffer in `slot`, made anew only where it is too small, with `bytes` at its start.
-fn filled<'a>(
+pub(super) fn filled<'a>(
     gpu: &Gpu,
     slot: &'a mut Option<Buffer>,
     name: &str,

@@ -114,6 +114,11 @@ pub(super) fn build(
     };
     collapse.start();
     collapse.run(options.inversion, progress);
+    progress(Progress {
+        stage: "collapsing edges",
+        done: count,
+        total: count,
+    });
     let Collapse {
         centres, merges, ..
     } = collapse;

@@ -1,5 +1,6 @@
 //! Moving spheres against a sphere-mesh (2016, section 6.1 and appendix B).
 
+mod moving;
 mod pieces;
 #[cfg(test)]
 mod tests;
@@ -7,6 +8,7 @@ mod tests;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use self::moving::Moving;
 use self::pieces::{Line, Pieces};
 use super::shape::{Ball, Shape};
 use crate::{Error, Result};
@@ -61,6 +63,26 @@ pub struct Collider {
 }
 
 impl Sweep {
+    /// From a row of numbers, as files and C have them: where its centre begins, where it ends, its radius.
+    pub fn of_row(&[a, b, c, d, e, f, radius]: &[f64; 7]) -> Self {
+        Self {
+            from: DVec3::new(a, b, c),
+            to: DVec3::new(d, e, f),
+            radius,
+        }
+    }
+
+    /// What became of it as a row of numbers: the time, where its centre is then, the normal; infinity, the end of the segment and
+    /// zeros where it touches nothing.
+    pub fn row_of(&self, hit: Option<&Hit>) -> [f64; 7] {
+        let (time, position, normal) = match hit {
+            Some(hit) => (hit.time, hit.position, hit.normal),
+            None => (f64::INFINITY, self.to, DVec3::ZERO),
+        };
+        let ([a, b, c], [d, e, f]) = (position.to_array(), normal.to_array());
+        [time, a, b, c, d, e, f]
+    }
+
     /// What is wrong with it.
     fn fault(&self) -> Option<&'static str> {
         let Self { from, to, radius } = self;
@@ -82,34 +104,13 @@ impl Collider {
     /// [`Error::Argument`] naming a sphere that is not finite, is beyond 1e60 or has a negative radius, or an edge or triangle
     /// with a sphere that is not there.
     pub fn new(shape: &Shape) -> Result<Self> {
-        for (row, ball) in shape.balls.iter().enumerate() {
-            let sweep = Sweep {
-                from: ball.centre,
-                to: ball.centre,
-                radius: ball.radius,
-            };
-            if let Some(fault) = sweep.fault() {
-                return Err(Error::argument(format!("sphere {row}"), fault));
-            }
-        }
-        let ends = shape.edges.iter().flatten();
-        let count = shape.balls.len();
-        for &end in ends.chain(shape.triangles.iter().flatten()) {
-            if end as usize >= count {
-                let reason = format!("an edge or triangle has it, but there are {count} spheres");
-                return Err(Error::argument(format!("sphere {end}"), reason));
-            }
-        }
+        check_balls(&shape.balls)?;
+        check_ends(shape)?;
         let pieces: Vec<Pieces> = shape.solids().into_iter().map(Pieces::new).collect();
-        let mut ends = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        for ball in &shape.balls {
-            ends[0] = ends[0].min(ball.centre - ball.radius);
-            ends[1] = ends[1].max(ball.centre + ball.radius);
-        }
         Ok(Self {
             bounds: pieces.iter().map(|p| p.bound).collect(),
             pieces,
-            size: (ends[1] - ends[0]).length(),
+            size: size(&shape.balls),
         })
     }
 
@@ -240,6 +241,46 @@ impl Collider {
         };
         (way, hit)
     }
+}
+
+/// # Errors
+/// [`Error::Argument`] naming a sphere that is not finite, is beyond 1e60 or has a negative radius.
+fn check_balls(balls: &[Ball]) -> Result<()> {
+    for (row, ball) in balls.iter().enumerate() {
+        let sweep = Sweep {
+            from: ball.centre,
+            to: ball.centre,
+            radius: ball.radius,
+        };
+        if let Some(fault) = sweep.fault() {
+            return Err(Error::argument(format!("sphere {row}"), fault));
+        }
+    }
+    Ok(())
+}
+
+/// Diagonal of the box around all; 0 for none.
+fn size(balls: &[Ball]) -> f64 {
+    let mut ends = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    for ball in balls {
+        ends[0] = ends[0].min(ball.centre - ball.radius);
+        ends[1] = ends[1].max(ball.centre + ball.radius);
+    }
+    (ends[1] - ends[0]).max(DVec3::ZERO).length()
+}
+
+/// # Errors
+/// [`Error::Argument`] naming a sphere that is not there.
+fn check_ends(shape: &Shape) -> Result<()> {
+    let ends = shape.edges.iter().flatten();
+    let count = shape.balls.len();
+    for &end in ends.chain(shape.triangles.iter().flatten()) {
+        if end as usize >= count {
+            let reason = format!("an edge or triangle has it, but there are {count} spheres");
+            return Err(Error::argument(format!("sphere {end}"), reason));
+        }
+    }
+    Ok(())
 }
 
 /// How a sweep begins.

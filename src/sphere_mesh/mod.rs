@@ -27,7 +27,7 @@ mod tests;
 mod topology;
 mod tree;
 
-pub use collide::{Collider, Hit, Sweep};
+pub use collide::{Collider, Hit, Moving, Sweep};
 pub use distance::{Distances, Sheets, distances, surface_facets};
 pub use export::write_ma;
 pub use extract::{Skin, extract};

@@ -47,9 +47,27 @@ impl Shape {
         }
     }
 
-    /// The solids of the shape; lone spheres are among them, all others are the ends of some solid.
-    pub(super) fn solids(&self) -> Vec<Solid> {
-        let ball = |&k: &u32| self.balls[k as usize];
+    /// The level at a time in frames: between two of them centres go straight, before the first and behind the last they stay.
+    pub fn at(hierarchy: &Hierarchy, level: &Level, time: f64) -> Self {
+        let mut shape = Self::new(hierarchy, level, 0);
+        shape.go_to(hierarchy, level, time);
+        shape
+    }
+
+    /// Moves a shape of the level to a time in frames, as [`Shape::at`]; allocates nothing.
+    pub fn go_to(&mut self, hierarchy: &Hierarchy, level: &Level, time: f64) {
+        let time = time.max(0.0).min((hierarchy.frames - 1) as f64);
+        let (frame, part) = (time.floor() as usize, time.fract());
+        let next = (frame + 1).min(hierarchy.frames - 1);
+        for (ball, &node) in self.balls.iter_mut().zip(&level.nodes) {
+            let at = |frame| hierarchy.centre(node as usize, frame).as_dvec3();
+            ball.centre = at(frame).lerp(at(next), part);
+        }
+    }
+
+    /// Spheres of each solid, the last one repeated, and how many; lone spheres are among them, all others are the ends of some
+    /// solid.
+    pub(super) fn rows(&self) -> Vec<([u32; 3], usize)> {
         let mut joined = vec![false; self.balls.len()];
         let ends = self
             .edges
@@ -57,21 +75,24 @@ impl Shape {
             .flatten()
             .chain(self.triangles.iter().flatten());
         ends.for_each(|&k| joined[k as usize] = true);
-        let lone = self
-            .balls
-            .iter()
-            .zip(&joined)
-            .filter(|(_, joined)| !**joined);
-        let lone = lone.map(|(ball, _)| Solid::Ball(*ball));
-        let cones = self
-            .edges
-            .iter()
-            .map(|e| Solid::Cone([0, 1].map(|k| ball(&e[k]))));
-        let slabs = self
-            .triangles
-            .iter()
-            .map(|t| Solid::Slab([0, 1, 2].map(|k| ball(&t[k]))));
+        let alone = (0..self.balls.len()).filter(|&k| !joined[k]);
+        let lone = alone.map(|k| ([k as u32; 3], 1));
+        let cones = self.edges.iter().map(|&[a, b]| ([a, b, b], 2));
+        let slabs = self.triangles.iter().map(|&t| (t, 3));
         lone.chain(cones).chain(slabs).collect()
+    }
+
+    /// The solids of the shape.
+    pub(super) fn solids(&self) -> Vec<Solid> {
+        let solid = |(row, count): ([u32; 3], usize)| {
+            let [a, b, c] = row.map(|k| self.balls[k as usize]);
+            match count {
+                1 => Solid::Ball(a),
+                2 => Solid::Cone([a, b]),
+                _ => Solid::Slab([a, b, c]),
+            }
+        };
+        self.rows().into_iter().map(solid).collect()
     }
 }
 

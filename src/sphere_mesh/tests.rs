@@ -278,3 +278,23 @@ fn malformed_sequences_give_an_error_or_something_valid() {
     };
     assert!(build(&bending(1), &wrong, &|_| {}).is_err());
 }
+
+#[test]
+fn between_frames_spheres_go_straight_and_outside_they_stay() {
+    let hierarchy = built(&bending(3));
+    let level = hierarchy.level(12).unwrap();
+    let frames = [0, 1, 2].map(|frame| Shape::new(&hierarchy, &level, frame));
+    let at = |time: f64| Shape::at(&hierarchy, &level, time);
+    for (time, frame) in [(0.0, 0), (1.0, 1), (2.0, 2), (-3.0, 0), (7.5, 2)] {
+        assert_eq!(at(time).balls, frames[frame].balls, "{time}");
+    }
+    let between = at(1.25);
+    assert_eq!(between.edges, frames[0].edges);
+    assert_eq!(between.triangles, frames[0].triangles);
+    for (row, ball) in between.balls.iter().enumerate() {
+        let [a, b] = [1, 2].map(|f: usize| frames[f].balls[row].centre);
+        assert!(ball.centre.distance(a * 0.75 + b * 0.25) < 1e-6);
+        assert_eq!(ball.radius, frames[0].balls[row].radius);
+    }
+    assert!(between.balls != frames[1].balls);
+}

@@ -17,6 +17,7 @@ pub mod measure;
 pub mod moved;
 pub mod normals;
 pub mod output;
+pub mod particles;
 pub mod project;
 pub mod redo;
 pub mod relax;

@@ -26,6 +26,10 @@ pub(crate) struct Shaders {
     pub(crate) constants: u32,
     /// Test and write depth.
     pub(crate) depth: bool,
+    /// Blend over what is there by the colour's alpha.
+    pub(crate) blend: bool,
+    /// Run the fragment shader for each sample of a pixel where the device can, for outlines that it finds itself.
+    pub(crate) each_sample: bool,
 }
 
 /// Stages that see push constants.
@@ -155,16 +159,24 @@ impl Pipeline {
             .cull_mode(vk::CullModeFlags::NONE)
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
             .line_width(1.0);
-        let samples =
-            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(SAMPLES);
+        let each_sample = shaders.each_sample && self.gpu.features().sample_shading;
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(SAMPLES)
+            .sample_shading_enable(each_sample)
+            .min_sample_shading(1.0);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(shaders.depth)
             .depth_write_enable(shaders.depth)
             .depth_compare_op(vk::CompareOp::LESS);
-        let opaque = vk::PipelineColorBlendAttachmentState::default()
+        let over = vk::PipelineColorBlendAttachmentState::default()
+            .blend_enable(shaders.blend)
+            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
             .color_write_mask(vk::ColorComponentFlags::RGBA);
         let blend = vk::PipelineColorBlendStateCreateInfo::default()
-            .attachments(std::slice::from_ref(&opaque));
+            .attachments(std::slice::from_ref(&over));
         let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .vertex_input_state(&vertex_input)
@@ -320,6 +332,8 @@ mod tests {
         buffers: 4,
         constants: 128,
         depth: true,
+        blend: false,
+        each_sample: false,
     };
 
     #[test]

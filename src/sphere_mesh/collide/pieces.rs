@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::super::shape::{Ball, Solid, gradient};
+use crate::layout::particles;
 
 /// A straight line and what moves along it.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +74,29 @@ impl Pieces {
             sides,
             faces,
         }
+    }
+
+    /// Axes with lengths, sines and cos² φ of the cones in single precision; zeros for those that are not there.
+    pub(super) fn sides_of_f32(&self) -> ([[f32; 4]; 3], [f32; 4], [f32; 4]) {
+        let (mut sides, mut sines, mut squares) = ([[0.0; 4]; 3], [0.0; 4], [0.0; 4]);
+        for (k, side) in self.sides.iter().enumerate() {
+            if let Some(side) = side {
+                sides[k] = side.axis.as_vec3().extend(side.length as f32).to_array();
+                (sines[k], squares[k]) = (side.sin as f32, side.square as f32);
+            }
+        }
+        (sides, sines, squares)
+    }
+
+    /// The planes in single precision; zeros for those that are not there.
+    pub(super) fn faces_of_f32(&self) -> [particles::Face; 2] {
+        let face = |face: Face| particles::Face {
+            normal: face.normal.as_vec3().extend(1.0).to_array(),
+            u: face.u.as_vec3().extend(face.spread as f32).to_array(),
+            v: face.v.as_vec3().extend(0.0).to_array(),
+        };
+        self.faces
+            .map_or_else(Default::default, |faces| faces.map(face))
     }
 
     /// Where the line enters the solid, by its arc length; infinite where it passes by.

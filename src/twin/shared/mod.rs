@@ -9,3 +9,4 @@ pub mod pace;
 pub mod relaxation;
 pub mod rotation;
 pub mod set;
+pub mod solid;

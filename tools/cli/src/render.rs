@@ -5,6 +5,8 @@ mod studio;
 
 use std::path::PathBuf;
 
+pub(crate) use gallery::{Gallery, Tile};
+
 use dermis::{
     Error, Result,
     deformer::{Deformer, Method, Skin},
@@ -22,7 +24,7 @@ use crate::{
     parse,
     poses::{Fallback, Frame, Frames},
     progress::Progress,
-    render::{gallery::Gallery, studio::Studio},
+    render::studio::Studio,
     session::{Character, Session},
 };
 
@@ -255,7 +257,7 @@ impl<'a> Stage<'a> {
     }
 
     /// A labelled picture of the shot by each method.
-    fn draw(&mut self, shot: &Shot, shots: usize) -> Result<Vec<gallery::Tile>> {
+    fn draw(&mut self, shot: &Shot, shots: usize) -> Result<Vec<Tile>> {
         let triangles = &self.session.rig.rows.triangles;
         let mut tiles = Vec::with_capacity(self.casts.len());
         // A turntable shows one frame from many sides: a tracked skin must not go on in between.

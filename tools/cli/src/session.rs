@@ -148,6 +148,23 @@ pub(crate) fn open_device(
     }
 }
 
+/// The device that computes also draws; where that is the CPU, any Vulkan device does.
+pub(crate) fn drawing_device(device: &Device, validation: bool) -> Result<Gpu> {
+    if let Device::Gpu(gpu) = device {
+        return Ok(gpu.clone());
+    }
+    let options = GpuOptions {
+        validation,
+        ..GpuOptions::default()
+    };
+    Gpu::new(&options).map_err(|error| match error {
+        Error::NoDevice { reason } => Error::NoDevice {
+            reason: format!("render draws with Vulkan even where the CPU computes: {reason}"),
+        },
+        other => other,
+    })
+}
+
 /// The primitives of a file, checked against the character; none without a file.
 pub(crate) fn primitives(file: Option<&Path>, skeleton: &Skeleton) -> Result<Vec<Primitive>> {
     let Some(file) = file else {

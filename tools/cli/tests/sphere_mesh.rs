@@ -161,7 +161,7 @@ fn what_cannot_be_done_is_refused_and_leaves_nothing() {
 fn every_command_has_help_with_examples() {
     assert!(good(&["--help"]).contains("sphere-mesh"));
     assert!(good(&["sphere-mesh", "--help"]).contains("Examples:"));
-    for command in ["build", "info", "extract"] {
+    for command in ["build", "info", "extract", "render"] {
         let help = good(&["sphere-mesh", command, "--help"]);
         let example = format!("dermis sphere-mesh {command}");
         assert!(

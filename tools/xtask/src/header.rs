@@ -16,7 +16,8 @@ const PREAMBLE: &str = "\
  * dermis: real-time character skin with contact and volume, on Vulkan.
  *
  * A context is a device, a rig a prepared character, a deformer one instance of a rig in a context, or several that share its
- * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, without any of these.
+ * fields: matrices of the joints go in, positions and normals come out. A mesh can be bent along a spine, and a captured sequence
+ * made a sphere-mesh, without any of these; particles bounce off a level of a sphere-mesh in a context.
  *
  * Handles are numbers. Zero is none; a handle that is used after its object was destroyed is refused with an error. An
  * object stays alive as long as another one uses it, so that they may be destroyed in any order.

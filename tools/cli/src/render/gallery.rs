@@ -16,21 +16,23 @@ use crate::{
 };
 
 /// A picture with its label.
-pub(super) type Tile = (String, Picture);
+pub(crate) type Tile = (String, Picture);
 
 /// Pictures on their way to disk; nothing is left of them unless [`Gallery::close`] is reached.
-pub(super) struct Gallery {
+pub(crate) struct Gallery {
     output: PathBuf,
     partial: Partial,
     folder: bool,
     /// Shots so far; those of a folder are written at once and only counted.
     shots: usize,
+    /// Rows of a sheet that one shot fills.
+    rows: usize,
     tiles: Vec<Tile>,
 }
 
 impl Gallery {
     /// Makes sure that `output`, a PNG file or a folder, can be written.
-    pub(super) fn open(output: &Path, force: bool) -> Result<Self> {
+    pub(crate) fn open(output: &Path, force: bool) -> Result<Self> {
         let extension = output.extension().and_then(|e| e.to_str());
         let folder = match extension {
             Some(e) if e.eq_ignore_ascii_case("png") => false,
@@ -48,15 +50,26 @@ impl Gallery {
             output: output.into(),
             folder,
             shots: 0,
+            rows: 1,
             tiles: Vec::new(),
         })
     }
 
+    /// Every shot is a file of its own.
+    pub(crate) fn is_folder(&self) -> bool {
+        self.folder
+    }
+
+    /// The same, with this many rows a shot in a sheet.
+    pub(crate) fn with_rows(self, rows: usize) -> Self {
+        Self { rows, ..self }
+    }
+
     /// Takes one shot's pictures, a method each.
-    pub(super) fn add(&mut self, tiles: Vec<Tile>) -> Result<()> {
+    pub(crate) fn add(&mut self, tiles: Vec<Tile>) -> Result<()> {
         if self.folder {
             let path = self.partial.path().join(frame_name(self.shots, "png"));
-            self.write(&path, &arranged(tiles, 1))?;
+            self.write(&path, &arranged(tiles, self.rows))?;
         } else {
             self.tiles.extend(tiles);
         }
@@ -65,9 +78,10 @@ impl Gallery {
     }
 
     /// Puts the complete output in its place.
-    pub(super) fn close(mut self) -> Result<()> {
+    pub(crate) fn close(mut self) -> Result<()> {
         if !self.folder {
-            let picture = arranged(std::mem::take(&mut self.tiles), self.shots);
+            let rows = self.shots * self.rows;
+            let picture = arranged(std::mem::take(&mut self.tiles), rows);
             self.write(self.partial.path(), &picture)?;
         }
         self.partial.keep()
@@ -79,13 +93,13 @@ impl Gallery {
     }
 }
 
-/// One picture as it is; several as a sheet with a row a shot, or nearly square where a shot is one picture.
-fn arranged(mut tiles: Vec<Tile>, shots: usize) -> Picture {
-    let methods = tiles.len() / shots.max(1);
-    match (tiles.len(), methods) {
+/// One picture as it is; several as a sheet with so many rows, or nearly square where a row is one picture.
+fn arranged(mut tiles: Vec<Tile>, rows: usize) -> Picture {
+    let columns = tiles.len() / rows.max(1);
+    match (tiles.len(), columns) {
         (1, _) => tiles.swap_remove(0).1,
         (count, 0 | 1) => sheet(&tiles, count.isqrt().max(1) + 1),
-        _ => sheet(&tiles, methods),
+        _ => sheet(&tiles, columns),
     }
 }
 

@@ -1,9 +1,8 @@
 //! Camera, light and colours: what all pictures of a run share.
 
 use dermis::{
-    Error, Result,
+    Result,
     deformer::{Device, Method, Skin},
-    gpu::{Gpu, GpuOptions},
     render::{
         self, Attributes, Background, Bounds, Camera, Picture, Projection, Renderer, Scene, Shading,
     },
@@ -11,7 +10,7 @@ use dermis::{
 use glam::{Quat, Vec3};
 
 use super::{Args, Shot};
-use crate::session::{Session, check_validation};
+use crate::session::{Session, check_validation, drawing_device};
 
 /// Draws skins, all from the same distance.
 pub(super) struct Studio {
@@ -32,7 +31,7 @@ impl Studio {
         shots: &[Shot],
         upright: Quat,
     ) -> Result<Self> {
-        let gpu = drawing_device(args, session)?;
+        let gpu = drawing_device(&session.device, args.device.validation)?;
         let renderer = Renderer::new(&gpu, args.size.0, args.size.1)?;
         let bounds = match &args.focus {
             Some(joint) => close_up(session, shots, upright, joint)?,
@@ -97,23 +96,6 @@ fn camera(args: &Args, bounds: &Bounds, aspect: f32) -> Result<Camera> {
         false => Projection::default(),
     };
     Ok(Camera::framing(bounds, args.view, projection, aspect))
-}
-
-/// The device that deforms also draws; where that is the CPU, any Vulkan device does.
-fn drawing_device(args: &Args, session: &Session) -> Result<Gpu> {
-    if let Device::Gpu(gpu) = &session.device {
-        return Ok(gpu.clone());
-    }
-    let options = GpuOptions {
-        validation: args.device.validation,
-        ..GpuOptions::default()
-    };
-    Gpu::new(&options).map_err(|error| match error {
-        Error::NoDevice { reason } => Error::NoDevice {
-            reason: format!("render draws with Vulkan even where the CPU deforms: {reason}"),
-        },
-        other => other,
-    })
 }
 
 /// How far the character reaches in all shots, by the geometric methods, which are cheap: the others stay between or

@@ -8,9 +8,8 @@ use std::{
 use dermis::{
     Error, Result,
     asset::{load_rows, write_rows},
-    sphere_mesh::{Collider, Hit, Shape, Sweep},
+    sphere_mesh::{Collider, Shape, Sweep},
 };
-use glam::DVec3;
 use serde::Serialize;
 
 use super::{InputFile, LevelOptions, check_folder, check_frame};
@@ -69,7 +68,10 @@ struct Report {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
     check_folder(&args.output)?;
-    let sweeps: Vec<Sweep> = load_rows(&args.segments)?.iter().map(sweep).collect();
+    let sweeps: Vec<Sweep> = load_rows(&args.segments)?
+        .iter()
+        .map(Sweep::of_row)
+        .collect();
     let hierarchy = args.input.load()?;
     check_frame(&hierarchy, args.frame)?;
     let level = args.level.open(&hierarchy)?;
@@ -80,7 +82,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         .map_err(|e| in_file(e, &args.segments))?;
     let seconds = begin.elapsed().as_secs_f64();
     let pairs = sweeps.iter().zip(&hits);
-    let rows: Vec<[f64; 7]> = pairs.map(|(sweep, hit)| row(sweep, hit.as_ref())).collect();
+    let rows: Vec<[f64; 7]> = pairs
+        .map(|(sweep, hit)| sweep.row_of(hit.as_ref()))
+        .collect();
     write_rows(&args.output, &rows)?;
     let tests = sweeps.len() as f64 * collider.primitives() as f64;
     let report = Report {
@@ -104,23 +108,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         report.seconds,
     ))?;
     console::json(&args.report, &report)
-}
-
-fn sweep(&[a, b, c, d, e, f, radius]: &[f64; 7]) -> Sweep {
-    Sweep {
-        from: DVec3::new(a, b, c),
-        to: DVec3::new(d, e, f),
-        radius,
-    }
-}
-
-fn row(sweep: &Sweep, hit: Option<&Hit>) -> [f64; 7] {
-    let (time, position, normal) = match hit {
-        Some(hit) => (hit.time, hit.position, hit.normal),
-        None => (f64::INFINITY, sweep.to, DVec3::ZERO),
-    };
-    let ([a, b, c], [d, e, f]) = (position.to_array(), normal.to_array());
-    [time, a, b, c, d, e, f]
 }
 
 /// An argument's error, which names a row, as one of the file that has it.

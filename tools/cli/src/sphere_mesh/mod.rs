@@ -4,7 +4,11 @@ mod build;
 mod collide;
 mod extract;
 mod info;
+mod rain;
+mod render;
+mod shower;
 mod source;
+mod tableau;
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +30,9 @@ Examples:
   dermis sphere-mesh info horse.dsm --spheres 46 --json -
   dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
   dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
-  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy")]
+  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy
+  dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png
+  dermis sphere-mesh rain horse.dsm --spheres 46 -o rain.png --moments 3")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +44,8 @@ enum Command {
     Info(info::Args),
     Extract(extract::Args),
     Collide(collide::Args),
+    Render(render::Args),
+    Rain(rain::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -46,6 +54,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Info(args) => info::run(args),
         Command::Extract(args) => extract::run(args),
         Command::Collide(args) => collide::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Rain(args) => rain::run(args),
     }
 }
 
@@ -79,10 +89,17 @@ impl LevelOptions {
             (None, Some(error)) => hierarchy.spheres_for(f64::from(error)),
             (None, None) => return Err(Error::argument("--spheres", "not given")),
         };
+        self.connectivity.open(hierarchy, spheres)
+    }
+}
+
+impl Connectivity {
+    /// The level with so many spheres, joined this way.
+    fn open(self, hierarchy: &Hierarchy, spheres: usize) -> Result<Level> {
         let level = hierarchy.level(spheres)?;
-        Ok(match self.connectivity {
-            Connectivity::Nearest => level.optimised(hierarchy),
-            Connectivity::Collapsed => level,
+        Ok(match self {
+            Self::Nearest => level.optimised(hierarchy),
+            Self::Collapsed => level,
         })
     }
 }

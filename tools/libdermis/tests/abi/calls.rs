@@ -20,6 +20,10 @@ pub(crate) struct Arguments {
     pub(crate) output: dm_output,
     pub(crate) spine: dm_spine,
     pub(crate) flesh: dm_flesh,
+    pub(crate) mesh: dm_sphere_mesh,
+    pub(crate) level: dm_level,
+    pub(crate) collider: dm_collider,
+    pub(crate) particles: dm_particles,
     /// A host's device, where there is one.
     pub(crate) host: Option<HostDevice>,
     /// The pointer that is NULL, counted in the order in which a call asks for them.
@@ -60,6 +64,10 @@ pub(crate) enum Takes {
     Output,
     Spine,
     Flesh,
+    SphereMesh,
+    Level,
+    Collider,
+    Particles,
 }
 
 /// One function.
@@ -101,6 +109,10 @@ impl Arguments {
             output: dm_output::default(),
             spine: dm_spine::default(),
             flesh: dm_flesh::default(),
+            mesh: dm_sphere_mesh::default(),
+            level: dm_level::default(),
+            collider: dm_collider::default(),
+            particles: dm_particles::default(),
             host: None,
             null: None,
             size: None,
@@ -244,20 +256,28 @@ unsafe fn options(a: &Arguments) -> Options {
     }
 }
 
-use Takes::{Context, Deformer, Nothing, Output, Rig, Spine};
+use Takes::{Context, Deformer, Level, Nothing, Output, Particles, Rig, Spine};
 
 /// Functions with a second handle.
-pub(crate) const SECOND: [(&str, Takes); 6] = [
+pub(crate) const SECOND: [(&str, Takes); 9] = [
     ("dm_deformer_create", Rig),
     ("dm_output_create", Deformer),
     ("dm_frame_record", Output),
     ("dm_spine_create", Spine),
     ("dm_spine_load", Spine),
     ("dm_flesh_bend", Spine),
+    ("dm_particles_create", Level),
+    ("dm_particles_output", Particles),
+    ("dm_particles_record", Output),
 ];
 
 /// Those whose second handle may be zero.
-pub(crate) const MAY_BE_ZERO: [&str; 3] = ["dm_frame_record", "dm_spine_create", "dm_spine_load"];
+pub(crate) const MAY_BE_ZERO: [&str; 4] = [
+    "dm_frame_record",
+    "dm_spine_create",
+    "dm_spine_load",
+    "dm_particles_record",
+];
 
 /// All functions that return a result. The destroying ones get handles of their own.
 #[rustfmt::skip]

@@ -8,7 +8,7 @@ use dermis::capi::*;
 use crate::{
     calls::{
         Arguments, Call, Storage,
-        Takes::{Context, Deformer, Nothing, Output},
+        Takes::{Context, Deformer, Nothing, Output, Particles},
         call, made,
     },
     fine, host,
@@ -54,6 +54,21 @@ pub(crate) const HOST_CALLS: &[Call] = &[
         let result = dm_output_create(a.context, a.deformer, a.of(&mut desc), a.of(&mut out));
         made(result, || dm_output_destroy(out))
     }),
+    call("dm_particles_output", Context, true, true, |a| unsafe {
+        let mut desc = a.host().output();
+        desc.size = a.size::<dm_output_desc>();
+        let mut out = dm_output::default();
+        let result = dm_particles_output(a.context, a.particles, a.of(&mut desc), a.of(&mut out));
+        made(result, || dm_output_destroy(out))
+    }),
+    call("dm_particles_record", Particles, true, false, |a| {
+        let commands = a.of(a.host().commands.as_raw() as *mut _);
+        let mut result = dm_result::DM_OK;
+        a.host().run(|| {
+            result = unsafe { dm_particles_record(a.particles, commands, 0, 1.0, 0.1, a.output) };
+        });
+        result
+    }),
     call("dm_output_destroy", Output, false, false, |a| dm_output_destroy(a.output)),
     call("dm_frame_record", Deformer, true, false, |a| {
         let commands = a.of(a.host().commands.as_raw() as *mut _);
@@ -86,17 +101,26 @@ fn every_function_on_a_hosts_device_refuses_what_is_wrong() {
         ..Storage::default()
     };
     let mut a = Arguments::new((context, rig, deformer), storage);
-    (a.output, a.host) = (output, Some(host));
-    for call in HOST_CALLS
-        .iter()
-        .filter(|call| call.name != "dm_output_destroy")
-    {
-        sweep_arguments(call, &mut a);
-    }
+    a.fill_spheres();
+    let mut flights = dm_output::default();
+    // SAFETY: as above.
+    let made = unsafe { dm_particles_output(context, a.particles, &host.output(), &mut flights) };
+    fine(made);
+    a.host = Some(host);
     for call in HOST_CALLS {
+        a.output = match call.name {
+            "dm_particles_record" => flights,
+            _ => output,
+        };
+        if call.name != "dm_output_destroy" {
+            sweep_arguments(call, &mut a);
+        }
         sweep_handles(call, &mut a);
     }
-    fine(dm_output_destroy(output));
+    for output in [output, flights] {
+        fine(dm_output_destroy(output));
+    }
+    a.clear_spheres();
     fine(dm_deformer_destroy(deformer));
     fine(dm_rig_destroy(rig));
     fine(dm_context_destroy(context));

@@ -12,6 +12,8 @@ mod misuse;
 mod raw;
 mod release;
 mod skin;
+mod sphere_calls;
+mod spheres;
 mod symbols;
 mod tells;
 

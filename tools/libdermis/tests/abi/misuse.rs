@@ -13,6 +13,7 @@ use crate::{
     fine,
     flesh_calls::{FLESH_CALLS, make},
     last_error, raw,
+    sphere_calls::SPHERE_CALLS,
 };
 
 /// A context on the CPU, the arm, and a tracked deformer.
@@ -49,6 +50,7 @@ fn arguments() -> Arguments {
         };
         let mut arguments = Arguments::new((context, rig, deformer), storage);
         (arguments.spine, arguments.flesh) = make();
+        arguments.fill_spheres();
         arguments
     }
 }
@@ -112,6 +114,10 @@ fn handle(a: &mut Arguments, kind: Takes) -> Option<&mut u64> {
         Takes::Output => Some(&mut a.output.id),
         Takes::Spine => Some(&mut a.spine.id),
         Takes::Flesh => Some(&mut a.flesh.id),
+        Takes::SphereMesh => Some(&mut a.mesh.id),
+        Takes::Level => Some(&mut a.level.id),
+        Takes::Collider => Some(&mut a.collider.id),
+        Takes::Particles => Some(&mut a.particles.id),
     }
 }
 
@@ -124,6 +130,10 @@ pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
         a.output.id,
         a.spine.id,
         a.flesh.id,
+        a.mesh.id,
+        a.level.id,
+        a.collider.id,
+        a.particles.id,
     ];
     let second = SECOND.iter().find(|s| s.0 == call.name).map(|s| s.1);
     for kind in std::iter::once(call.handle).chain(second) {
@@ -147,7 +157,7 @@ pub(crate) fn sweep_handles(call: &Call, a: &mut Arguments) {
 #[test]
 fn every_function_refuses_what_is_wrong() {
     let mut a = arguments();
-    let all = || CALLS.iter().chain(FLESH_CALLS);
+    let all = || CALLS.iter().chain(FLESH_CALLS).chain(SPHERE_CALLS);
     for call in all().filter(|call| !destroys(call)) {
         sweep_arguments(call, &mut a);
     }
@@ -162,6 +172,15 @@ fn every_function_refuses_what_is_wrong() {
     fine(dm_deformer_destroy(a.deformer));
     fine(dm_spine_destroy(a.spine));
     fine(dm_flesh_destroy(a.flesh));
+    // Those that were made of others, after them.
+    fine(dm_sphere_mesh_destroy(a.mesh));
+    fine(dm_level_destroy(a.level));
+    for name in ["dm_collider_sweep", "dm_particles_advance"] {
+        let call = SPHERE_CALLS.iter().find(|c| c.name == name);
+        fine(run(call.unwrap(), &mut a));
+    }
+    fine(dm_collider_destroy(a.collider));
+    fine(dm_particles_destroy(a.particles));
     for call in all().filter(|call| call.handle != Takes::Nothing) {
         refused(call, &mut a, DM_ERROR_HANDLE);
     }

@@ -72,7 +72,33 @@ fn tube(method: u32) -> Character {
         method,
         vertices: mesh.positions.len() as u32,
         poses: [8.0, 16.0, 24.0, 32.0, 40.0].map(pose).to_vec(),
+        level: level(&mesh),
     }
+}
+
+/// Two spheres of the tube, which grows thick.
+fn level(tube: &raw::Mesh) -> dm_level {
+    let grown = |thick: f32| {
+        let rows = tube.positions.iter();
+        rows.map(move |[x, y, z]| [*x, y * thick, z * thick])
+    };
+    let positions: Vec<[f32; 3]> = [1.0, 1.5, 2.0].into_iter().flat_map(grown).collect();
+    let desc = dm_sequence_desc {
+        size: size_of::<dm_sequence_desc>() as u32,
+        vertices: tube.positions.len() as u32,
+        triangles: tube.indices.len() as u32,
+        frames: 3,
+        positions: positions.as_ptr().cast(),
+        indices: tube.indices.as_ptr().cast(),
+    };
+    let (mut mesh, mut level) = (dm_sphere_mesh::default(), dm_level::default());
+    // SAFETY: the arrays are as long as the description says.
+    unsafe {
+        fine(dm_sphere_mesh_build(&desc, null(), &mut mesh));
+        fine(dm_level_create(mesh, 2, 0, &mut level));
+    }
+    fine(dm_sphere_mesh_destroy(mesh));
+    level
 }
 
 /// On a device of the host's.
@@ -104,6 +130,7 @@ fn adopted(method: u32, host: HostDevice, codes: Codes) {
         sweep::broken_state(&way, &character);
     }
     fine(dm_rig_destroy(character.rig));
+    fine(dm_level_destroy(character.level));
     for object in state::forget() {
         functions::destroy(&way.0.device, object);
     }

@@ -123,6 +123,7 @@ fn in_its_process(loader: &str) {
     let flags = DM_CONTEXT_VALIDATION;
     sweep::opening(&Owned { flags }, &character);
     fine(dm_rig_destroy(character.rig));
+    fine(dm_level_destroy(character.level));
 }
 
 fn symbol(library: *mut c_void, name: &CStr) -> *mut c_void {

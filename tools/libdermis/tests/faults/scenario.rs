@@ -4,7 +4,7 @@
 
 use std::{
     cell::{Cell, RefCell},
-    ptr::null_mut,
+    ptr::{null, null_mut},
 };
 
 use ash::vk::{self, Handle as _};
@@ -30,6 +30,21 @@ pub(crate) struct Character {
     pub(crate) method: u32,
     pub(crate) vertices: u32,
     pub(crate) poses: Vec<Vec<f32>>,
+    /// A sphere-mesh's level that particles bounce off.
+    pub(crate) level: dm_level,
+}
+
+/// Particles over the level: positions with radii, velocities.
+const PLACES: [f32; 12] = [1.0, 1.0, 0.0, 0.1, 2.0, 1.0, 0.1, 0.1, 3.0, 1.0, 0.0, 0.05];
+const SPEEDS: [f32; 9] = [0.0, -9.0, 0.0, 0.0, -9.0, 0.0, 0.0, -9.0, 0.0];
+
+fn flying() -> dm_particles_desc {
+    dm_particles_desc {
+        size: size_of::<dm_particles_desc>() as u32,
+        count: 3,
+        positions: PLACES.as_ptr(),
+        velocities: SPEEDS.as_ptr(),
+    }
 }
 
 /// The device is lost: nothing can be done any more but to destroy.
@@ -80,6 +95,7 @@ pub(crate) struct Objects<'a> {
     context: Cell<dm_context>,
     deformer: Cell<dm_deformer>,
     output: Cell<dm_output>,
+    particles: Cell<dm_particles>,
 }
 
 /// Calls `make` for a handle, which is kept where there is one.
@@ -101,6 +117,7 @@ impl<'a> Objects<'a> {
             context: Cell::default(),
             deformer: Cell::default(),
             output: Cell::default(),
+            particles: Cell::default(),
         }
     }
 
@@ -110,6 +127,7 @@ impl<'a> Objects<'a> {
 
     pub(crate) fn create(&self, run: &Run) -> Result<(), Lost> {
         run.step(|| self.create_deformer())?;
+        run.step(|| self.create_particles())?;
         match self.way.host() {
             Some(host) => run.step(|| self.create_output(host)),
             None => Ok(()),
@@ -119,6 +137,7 @@ impl<'a> Objects<'a> {
     /// As [`Objects::create`], but what fails is not done again.
     pub(crate) fn try_create(&self, run: &Run) -> Result<(), Lost> {
         if run.once(|| self.create_deformer())
+            && run.once(|| self.create_particles())
             && let Some(host) = self.way.host()
         {
             run.once(|| self.create_output(host));
@@ -151,7 +170,52 @@ impl<'a> Objects<'a> {
         let (at, bytes) = (state.as_ptr().cast(), state.len());
         run.step(|| unsafe { dm_deformer_restore(self.deformer.get(), at, bytes) })?;
         run.step(|| self.advance(&poses[4]))?;
-        self.read(run)
+        self.read(run)?;
+        self.fly(run)
+    }
+
+    /// Every function of particles, from their beginning on.
+    fn fly(&self, run: &Run) -> Result<(), Lost> {
+        let particles = self.particles.get();
+        run.step(|| dm_particles_place(particles, 0.0))?;
+        run.step(|| unsafe { dm_particles_write(particles, &flying()) })?;
+        run.step(|| dm_particles_advance(particles, 0.5, 0.1))?;
+        if let Some(host) = self.way.host() {
+            let mut recorded = Ok(());
+            host.run(|| recorded = run.step(|| self.record_particles(host)));
+            recorded?;
+        }
+        run.step(|| dm_particles_advance(particles, 2.0, 0.1))?;
+        let places = RefCell::new(PLACES);
+        run.step(|| self.read_particles(&mut places.borrow_mut()))?;
+        let bits = places.into_inner().map(f32::to_bits);
+        assert_ne!(bits, PLACES.map(f32::to_bits));
+        run.keep(bits.to_vec());
+        Ok(())
+    }
+
+    fn create_particles(&self) -> dm_result {
+        let (context, level) = (self.context.get(), self.character.level);
+        handle(&self.particles, |out| unsafe {
+            dm_particles_create(context, level, 0.0, &flying(), null(), out)
+        })
+    }
+
+    fn record_particles(&self, host: &HostDevice) -> dm_result {
+        let commands = host.commands.as_raw() as *mut _;
+        let (particles, none) = (self.particles.get(), dm_output::default());
+        unsafe { dm_particles_record(particles, commands, 0, 1.0, 0.1, none) }
+    }
+
+    fn read_particles(&self, places: &mut [f32; 12]) -> dm_result {
+        let out = dm_flights {
+            size: size_of::<dm_flights>() as u32,
+            count: 3,
+            positions: places.as_mut_ptr(),
+            velocities: null_mut(),
+            contacts: null_mut(),
+        };
+        unsafe { dm_particles_read(self.particles.get(), &out) }
     }
 
     fn create_deformer(&self) -> dm_result {
@@ -264,6 +328,17 @@ impl<'a> Objects<'a> {
         lost(self.memory());
         lost(unsafe { dm_context_allocations(self.context.get(), Some(never), null_mut()) });
         lost(self.create_deformer());
+        lost(self.create_particles());
+        let particles = self.particles.get();
+        if particles != dm_particles::default() {
+            lost(dm_particles_advance(particles, 0.0, 0.1));
+            lost(dm_particles_place(particles, 0.0));
+            lost(unsafe { dm_particles_write(particles, &flying()) });
+            lost(self.read_particles(&mut [0.0; 12]));
+            if let Some(host) = self.way.host() {
+                lost(self.record_particles(host));
+            }
+        }
         let deformer = self.deformer.get();
         if deformer == dm_deformer::default() {
             return;
@@ -301,11 +376,15 @@ impl<'a> Objects<'a> {
         fine(saved());
     }
 
-    /// Destroys deformer and output.
+    /// Destroys deformer, output and particles.
     pub(crate) fn clear(&self) {
         let output = self.output.take();
         if output != dm_output::default() {
             fine(dm_output_destroy(output));
+        }
+        let particles = self.particles.take();
+        if particles != dm_particles::default() {
+            fine(dm_particles_destroy(particles));
         }
         let deformer = self.deformer.take();
         if deformer != dm_deformer::default() {

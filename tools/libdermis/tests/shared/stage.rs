@@ -31,7 +31,8 @@ pub(crate) struct Stage<'a> {
     vertices: u32,
 }
 
-fn sized<T>() -> T {
+/// A struct of zeros with its size.
+pub(crate) fn sized<T>() -> T {
     // The structs that are used here are numbers, pointers and optional functions, and begin with their size.
     unsafe {
         let mut out: T = std::mem::zeroed();

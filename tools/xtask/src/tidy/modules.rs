@@ -16,7 +16,7 @@ const MODULES: &[(&str, &[&str])] = &[
     // The skeleton that a field is fitted to is one of the rig's raw types.
     ("field", &["mesh", "rig", "layout"]),
     ("rig", &["asset", "mesh", "field", "compose", "flesh"]),
-    ("sphere_mesh", &["mesh", "asset"]),
+    ("sphere_mesh", &["mesh", "asset", "layout"]),
     ("layout", &[]),
     ("gpu", &[]),
     // The method's constants, which a pass hands to its shader.
@@ -32,7 +32,19 @@ const MODULES: &[(&str, &[&str])] = &[
             "rig", "frame", "gpu", "pass", "twin", "layout", "mesh", "field", "compose",
         ],
     ),
-    ("render", &["gpu"]),
+    (
+        "particles",
+        &[
+            "sphere_mesh",
+            "deformer",
+            "frame",
+            "gpu",
+            "pass",
+            "twin",
+            "layout",
+        ],
+    ),
+    ("render", &["gpu", "sphere_mesh"]),
     (
         "capi",
         &[
@@ -45,6 +57,7 @@ const MODULES: &[(&str, &[&str])] = &[
             "sphere_mesh",
             "gpu",
             "deformer",
+            "particles",
             "render",
         ],
     ),
