@@ -1,6 +1,7 @@
-//! Offscreen pictures of deformed characters.
+//! Offscreen pictures of deformed characters and of sphere-meshes.
 //!
 //! Data flow: attributes of a skin → [`colours`] → [`Scene`] → [`Renderer::draw`] → [`Picture`] → [`sheet`].
+//! Sphere-meshes and loose spheres are collected in [`Spheres`] and drawn into a scene by [`Renderer::draw_with`].
 //! Nothing here writes files: a picture is pixels, and who asked for it encodes them.
 
 mod camera;
