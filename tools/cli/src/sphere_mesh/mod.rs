@@ -4,6 +4,7 @@ mod build;
 mod collide;
 mod extract;
 mod info;
+mod rig;
 mod source;
 
 use std::path::{Path, PathBuf};
@@ -26,7 +27,8 @@ Examples:
   dermis sphere-mesh info horse.dsm --spheres 46 --json -
   dermis sphere-mesh extract horse.dsm --spheres 46 -o horse.glb
   dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
-  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy")]
+  dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy
+  dermis sphere-mesh rig horse.dsm captured/ --spheres 46 -o horse-rig.glb")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +40,7 @@ enum Command {
     Info(info::Args),
     Extract(extract::Args),
     Collide(collide::Args),
+    Rig(rig::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -46,6 +49,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Info(args) => info::run(args),
         Command::Extract(args) => extract::run(args),
         Command::Collide(args) => collide::run(args),
+        Command::Rig(args) => rig::run(args),
     }
 }
 
