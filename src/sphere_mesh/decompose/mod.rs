@@ -1,6 +1,7 @@
 //! Skinning decomposition (2016, section 6.2): a captured sequence as a rest pose, rigid bones that are the spheres of a
 //! level, and smooth weights.
 
+mod border;
 mod choose;
 mod filter;
 mod input;
@@ -51,6 +52,9 @@ pub struct Decomposing {
     pub tolerance: f64,
     /// What weights are made from.
     pub weighting: Weighting,
+    /// How strongly adjacent spheres hold together where their regions meet, against fitting the animation: at 0 they are free,
+    /// from about 1 on they turn about joints.
+    pub joints: f64,
 }
 
 impl Default for Decomposing {
@@ -60,6 +64,7 @@ impl Default for Decomposing {
             iterations: 60,
             tolerance: 2e-3,
             weighting: Weighting::Mixed,
+            joints: 0.0,
         }
     }
 }
@@ -92,6 +97,9 @@ fn check(options: &Decomposing, level: &Level) -> Result<()> {
     }
     if !(options.tolerance >= 0.0 && options.tolerance < 1.0) {
         return Err(Error::argument("tolerance", "a share from 0 up to 1"));
+    }
+    if !(options.joints >= 0.0 && options.joints <= 1e6) {
+        return Err(Error::argument("joints", "a weight is from 0 to 1e6"));
     }
     if level.nodes.len() > usize::from(u16::MAX) {
         let reason = format!("{}, but a skin has at most 65535 joints", level.nodes.len());
@@ -126,9 +134,17 @@ pub fn decompose(
         rest,
         motions: Vec::new(),
     };
-    let bones = Bones::new(&state, &level.near, &centres);
-    transforms::start(&frames, &mut state, &bones);
+    let mut joints = vec![Vec::new(); centres.len()];
+    if options.joints > 0.0 {
+        for border in border::borders(&hierarchy.triangles, &level.labels, &state.rest) {
+            let [a, b] = border.spheres;
+            let count = options.joints * border.size;
+            joints[a].push((b, border.middle, count));
+            joints[b].push((a, border.middle, count));
+        }
+    }
     let work = Work {
+        joints,
         filter: Filter::new(&mesh, &frames.weight),
         around: choose::around(&level.near, RINGS),
         frames,
@@ -136,6 +152,7 @@ pub fn decompose(
         centres,
         mesh,
     };
+    state.motions = transforms::start(&work.frames, &state, &work.bones(&state));
     let ended = work.iterate(&mut state, options, progress);
     Ok(work.finish(hierarchy, &state, ended))
 }
@@ -147,6 +164,8 @@ struct Work<'a> {
     centres: Vec<DVec3>,
     mesh: Mesh,
     filter: Filter,
+    /// Where each bone meets others: the other, the place at rest and how much it counts.
+    joints: Vec<Vec<(usize, DVec3, f64)>>,
     /// Spheres that a vertex of each sphere may follow.
     around: Vec<Vec<u32>>,
 }
@@ -187,8 +206,17 @@ impl Work<'_> {
     }
 
     fn motions(&self, state: &mut State) -> f64 {
-        let bones = Bones::new(state, &self.level.near, &self.centres);
+        let bones = self.bones(state);
         transforms::improve(&self.frames, state, &bones)
+    }
+
+    fn bones(&self, state: &State) -> Bones<'_> {
+        Bones {
+            vertices: state.skin.by_bone(self.centres.len()),
+            near: &self.level.near,
+            joints: &self.joints,
+            centres: &self.centres,
+        }
     }
 
     fn choose(&self, state: &mut State) {

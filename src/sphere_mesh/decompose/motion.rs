@@ -94,7 +94,7 @@ impl Fit {
     pub(super) fn solve(&self, lane: usize, before: DMat3) -> Option<(DMat3, DVec3)> {
         let vector = |v: &V4| DVec3::from(v.0.map(|x| x.0[lane]));
         let mass = self.mass.0[lane];
-        if !(mass > 1e-12) {
+        if mass.is_nan() || mass <= 1e-12 {
             return None;
         }
         let (source, target) = (vector(&self.source) / mass, vector(&self.target) / mass);

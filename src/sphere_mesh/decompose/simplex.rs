@@ -62,7 +62,7 @@ fn on_free(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; MOST], f64)> {
                 sum -= lower[i * MOST + k] * lower[j * MOST + k];
             }
             if i == j {
-                if !(sum > 0.0) {
+                if sum.is_nan() || sum <= 0.0 {
                     return None;
                 }
                 lower[i * MOST + i] = sum.sqrt();

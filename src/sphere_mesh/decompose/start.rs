@@ -44,12 +44,13 @@ pub(super) fn heat(mesh: &Mesh, level: &Level, centres: &[DVec3]) -> Vec<Vec<(u3
     let mut lists = vec![Vec::new(); level.labels.len()];
     for (sphere, (vertices, solved)) in columns.iter().enumerate() {
         for (&v, &w) in vertices.iter().zip(solved) {
+            // `max` turns what is not a number into 0.
             lists[v as usize].push((sphere as u32, w.max(0.0)));
         }
     }
     for (list, &own) in lists.iter_mut().zip(&level.labels) {
         list.sort_by(|a: &(u32, f64), b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        if !(list[0].1 > 0.0) {
+        if list[0].1 <= 0.0 {
             *list = vec![(own, 1.0)];
         }
     }

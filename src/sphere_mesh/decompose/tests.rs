@@ -170,9 +170,37 @@ fn what_moves_as_one_can_be_posed_apart_with_mixed_weights() {
         let own = weights.filter(|p| p.0 as usize == sphere);
         let most = own.map(|p| p.1).fold(0.0, f32::max);
         let leads = found.influences.iter().any(|l| l[0].0 as usize == sphere);
-        assert!(leads && most > 0.5, "sphere {sphere}: {most}");
+        assert!(leads && most > 0.4, "sphere {sphere}: {most}");
     }
     assert!(found.e_rms < 2.0, "{}", found.e_rms);
+}
+
+#[test]
+fn spheres_that_hold_together_come_less_apart() {
+    let sequence = bending(7);
+    let (hierarchy, level) = opened(&sequence, 8);
+    let apart = |joints| {
+        let options = Decomposing {
+            joints,
+            ..Decomposing::default()
+        };
+        let found = decomposed(std::slice::from_ref(&sequence), 8, &options);
+        let rest: Vec<DVec3> = found.rest.iter().map(|p| p.as_dvec3()).collect();
+        let borders = border::borders(&hierarchy.triangles, &level.labels, &rest);
+        let mut sum = 0.0;
+        for frame in found.motions.iter().flatten() {
+            for border in &borders {
+                let [a, b] = border
+                    .spheres
+                    .map(|s| frame[s].0 * border.middle + frame[s].1);
+                sum += a.distance_squared(b);
+            }
+        }
+        (sum, found.e_rms)
+    };
+    let (free, held) = (apart(0.0), apart(1.0));
+    assert!(held.0 < 0.25 * free.0, "{free:?} {held:?}");
+    assert!(held.1 > free.1, "{free:?} {held:?}");
 }
 
 #[test]
@@ -295,9 +323,10 @@ fn the_result_does_not_depend_on_the_threads() {
 
 #[test]
 fn clips_of_another_mesh_and_bad_options_are_refused() {
+    type Change = fn(&mut Sequence);
     let good = bending(3);
     let (hierarchy, level) = opened(&good, 4);
-    let refuse = |change: fn(&mut Sequence)| {
+    let refuse = |change: Change| {
         let mut clip = good.clone();
         clip.path = "clip.x".into();
         change(&mut clip);
@@ -307,7 +336,7 @@ fn clips_of_another_mesh_and_bad_options_are_refused() {
         assert!(matches!(error, Error::Asset { .. }), "{error}");
         error.to_string()
     };
-    let changes: [(fn(&mut Sequence), &str); 6] = [
+    let changes: [(Change, &str); 6] = [
         (|c| c.frames.clear(), "no frames"),
         (|c| c.frames[1].truncate(9), "frame 1: 9 vertices"),
         (
@@ -331,6 +360,7 @@ fn clips_of_another_mesh_and_bad_options_are_refused() {
         |o: &mut Decomposing| o.influences = 25,
         |o: &mut Decomposing| o.tolerance = f64::NAN,
         |o: &mut Decomposing| o.tolerance = -1.0,
+        |o: &mut Decomposing| o.joints = f64::INFINITY,
     ] {
         let mut options = Decomposing::default();
         change(&mut options);

@@ -22,19 +22,13 @@ pub(super) struct Bones<'a> {
     pub(super) vertices: Vec<Vec<(u32, f64)>>,
     /// Bones adjacent in the sphere-mesh.
     pub(super) near: &'a Csr,
+    /// Where each bone meets others: the other, the place at rest and how much it counts.
+    pub(super) joints: &'a [Vec<(usize, DVec3, f64)>],
     /// Centres at rest, in units of the diagonal about the origin.
     pub(super) centres: &'a [DVec3],
 }
 
-impl<'a> Bones<'a> {
-    pub(super) fn new(state: &State, near: &'a Csr, centres: &'a [DVec3]) -> Self {
-        Self {
-            vertices: state.skin.by_bone(centres.len()),
-            near,
-            centres,
-        }
-    }
-
+impl Bones<'_> {
     fn minor(&self) -> Vec<bool> {
         let square = |list: &Vec<(u32, f64)>| list.iter().map(|p| p.1 * p.1).sum::<f64>();
         self.vertices.iter().map(|l| square(l) < MINOR).collect()
@@ -42,7 +36,7 @@ impl<'a> Bones<'a> {
 }
 
 /// Fits every bone by itself to the vertices that it moves most: where the iterations begin.
-pub(super) fn start(frames: &Frames, state: &mut State, bones: &Bones) {
+pub(super) fn start(frames: &Frames, state: &State, bones: &Bones) -> Vec<Vec<Motion>> {
     let rest = &state.rest;
     let one = |chunk: &Chunk| {
         let mut motions = vec![Motion::identity(); bones.centres.len()];
@@ -58,7 +52,7 @@ pub(super) fn start(frames: &Frames, state: &mut State, bones: &Bones) {
         follow(&mut motions, bones, chunk.frames);
         motions
     };
-    state.motions = frames.chunks.par_iter().map(one).collect();
+    frames.chunks.par_iter().map(one).collect()
 }
 
 /// One round over all bones of every frame: each is fitted to what the others leave of its vertices. Returns the sum of
@@ -77,22 +71,27 @@ fn sweep(chunk: &Chunk, state: &State, motions: &mut [Motion], bones: &Bones) ->
     let vertices = 0..state.rest.len();
     let off = vertices.map(|v| state.skinned(motions, v) - chunk.position(v));
     let mut off: Vec<V4> = off.collect();
-    for (motion, list) in motions.iter_mut().zip(&bones.vertices) {
+    for (bone, list) in bones.vertices.iter().enumerate() {
+        let before = motions[bone];
         let mut fit = Fit::default();
+        for &(other, place, count) in &bones.joints[bone] {
+            let count = X4::splat(count);
+            fit.add(count, place, motions[other].apply(place).times(count));
+        }
         for &(v, weight) in list {
             let (v, weight) = (v as usize, X4::splat(weight));
             let p = state.rest[v];
             // The others leave w y - off for this bone's w (R p + T).
-            let wanted = motion.apply(p).times(weight) - off[v];
+            let wanted = before.apply(p).times(weight) - off[v];
             let mass = chunk.area(v) * weight;
             fit.add(mass * weight, p, wanted.times(mass));
         }
-        let before = *motion;
-        solve(&fit, motion, chunk.frames);
+        solve(&fit, &mut motions[bone], chunk.frames);
+        let after = motions[bone];
         for &(v, weight) in list {
             let (v, weight) = (v as usize, X4::splat(weight));
             let p = state.rest[v];
-            off[v] = off[v] + (motion.apply(p) - before.apply(p)).times(weight);
+            off[v] = off[v] + (after.apply(p) - before.apply(p)).times(weight);
         }
     }
     follow(motions, bones, chunk.frames);

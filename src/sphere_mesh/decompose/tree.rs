@@ -2,7 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Decomposition;
+use super::{
+    Decomposition,
+    border::{Border, borders},
+};
 use crate::sphere_mesh::{hierarchy::Hierarchy, level::Level};
 
 /// What a longer way between two spheres costs against a joint that comes apart.
@@ -93,9 +96,11 @@ fn nearest_pair(group: &[usize], centres: &[DVec3]) -> Option<([usize; 2], DVec3
 }
 
 fn links(hierarchy: &Hierarchy, level: &Level, result: &Decomposition) -> Vec<Link> {
-    let borders = borders(hierarchy, level, result);
-    let link = |&(ends, border): &([usize; 2], DVec3)| {
-        let (pivot, apart) = pivot(result, ends, border);
+    let rest: Vec<DVec3> = result.rest.iter().map(|p| p.as_dvec3()).collect();
+    let borders = borders(&hierarchy.triangles, &level.labels, &rest);
+    let link = |border: &Border| {
+        let ends = border.spheres;
+        let (pivot, apart) = pivot(result, ends, border.middle);
         let [a, b] = ends.map(|s| result.centres[s]);
         Link {
             cost: apart + LENGTH * a.distance(b),
@@ -104,32 +109,6 @@ fn links(hierarchy: &Hierarchy, level: &Level, result: &Decomposition) -> Vec<Li
         }
     };
     borders.iter().map(link).collect()
-}
-
-/// Adjacent spheres and the middle of their regions' border at rest.
-fn borders(
-    hierarchy: &Hierarchy,
-    level: &Level,
-    result: &Decomposition,
-) -> Vec<([usize; 2], DVec3)> {
-    let mut sums = std::collections::BTreeMap::<[usize; 2], (DVec3, f64)>::new();
-    for t in &hierarchy.triangles {
-        for k in 0..3 {
-            let ends = [t[k], t[(k + 1) % 3]].map(|v| v as usize);
-            let mut labels = ends.map(|v| level.labels[v] as usize);
-            labels.sort_unstable();
-            if labels[0] != labels[1] {
-                let sum = sums.entry(labels).or_default();
-                sum.0 += ends
-                    .map(|v| result.rest[v].as_dvec3())
-                    .iter()
-                    .sum::<DVec3>();
-                sum.1 += 2.0;
-            }
-        }
-    }
-    let middle = |(ends, (sum, count)): ([usize; 2], (DVec3, f64))| (ends, sum / count);
-    sums.into_iter().map(middle).collect()
 }
 
 /// The point p that two bones move most alike, and how far apart it comes on the mean:

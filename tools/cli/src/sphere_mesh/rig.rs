@@ -32,6 +32,7 @@ Examples:
   dermis sphere-mesh rig horse.dsm captured/ --spheres 46 -o horse.glb
   dermis sphere-mesh rig horse.dsm gallop/ collapse/ --spheres 46 -o horse.glb      two animations
   dermis sphere-mesh rig horse.dsm captured/ --spheres 46 --weights animation -o horse.glb --json -
+  dermis sphere-mesh rig horse.dsm captured/ --spheres 46 --joints 0.1 -o horse.glb     bones for implicit skinning
   dermis bake horse.glb --method tracking --pose leg.json -o posed.glb             then, as any character")]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -58,6 +59,10 @@ pub(crate) struct Args {
     /// Stop where iterations lower the error by less than this share of it each; at 0 all are made that lower it.
     #[arg(long, value_name = "X", default_value_t = Decomposing::default().tolerance)]
     tolerance: f64,
+    /// How strongly adjacent spheres hold together where they meet, against fitting the animation: at 0 they are free, which
+    /// has the least error; 0.1 keeps bones that implicit skinning can join also while the clips play; from 1 on they turn about joints.
+    #[arg(long, value_name = "X", default_value_t = Decomposing::default().joints)]
+    joints: f64,
     #[command(flatten)]
     report: ReportOptions,
 }
@@ -134,6 +139,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         iterations: args.iterations,
         tolerance: args.tolerance,
         weighting: args.weights.into(),
+        joints: args.joints,
     };
     let begin = Instant::now();
     let progress = Progress::new(&console);
