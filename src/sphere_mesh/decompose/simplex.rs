@@ -9,16 +9,26 @@ pub(super) const MOST: usize = 24;
 /// the simplex, it stops at the boundary and drops the weight that reached 0; where it does not, it frees the weight whose
 /// multiplier is most negative. The cost falls with every step, so no set comes twice.
 pub(super) fn minimise(a: &[f64], b: &[f64], w: &mut [f64]) {
+    debug_assert!(w.len() <= MOST && a.len() == w.len() * w.len() && b.len() == w.len());
+    // Most problems are small, and clearing memory for great ones would take most of the time.
+    match w.len() {
+        0..=4 => on_simplex::<4>(a, b, w),
+        5..=8 => on_simplex::<8>(a, b, w),
+        _ => on_simplex::<MOST>(a, b, w),
+    }
+}
+
+/// [`minimise`] for at most `N` weights.
+fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
     let n = w.len();
-    debug_assert!(n <= MOST && a.len() == n * n && b.len() == n);
     let scale = (0..n).map(|k| a[k * n + k]).fold(0.0, f64::max);
-    let mut free = [false; MOST];
+    let mut free = [false; N];
     for k in 0..n {
         free[k] = w[k] > 0.0;
     }
     // Far more than ever seen; a bound, should rounding make a set come twice.
     for _ in 0..8 * n {
-        let Some((target, multiplier)) = on_free(a, b, &free[..n]) else {
+        let Some((target, multiplier)) = on_free::<N>(a, b, &free[..n]) else {
             return;
         };
         let step = (0..n).filter(|&k| free[k] && target[k] < 0.0);
@@ -45,29 +55,29 @@ pub(super) fn minimise(a: &[f64], b: &[f64], w: &mut [f64]) {
 /// The minimum on the free weights with Σ w = 1, and the multiplier of that constraint.
 ///
 /// With A x = b and A y = 1 it is x + s y with s = (1 − Σ x) / Σ y, and s is the multiplier.
-fn on_free(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; MOST], f64)> {
+fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; N], f64)> {
     let n = free.len();
-    let mut rows = [0; MOST];
+    let mut rows = [0; N];
     let mut m = 0;
     for k in (0..n).filter(|&k| free[k]) {
         rows[m] = k;
         m += 1;
     }
-    let mut lower = [0.0; MOST * MOST];
-    let (mut x, mut y) = ([0.0; MOST], [1.0; MOST]);
+    let mut lower = [[0.0; N]; N];
+    let (mut x, mut y) = ([0.0; N], [1.0; N]);
     for i in 0..m {
         for j in 0..=i {
             let mut sum = a[rows[i] * n + rows[j]];
             for k in 0..j {
-                sum -= lower[i * MOST + k] * lower[j * MOST + k];
+                sum -= lower[i][k] * lower[j][k];
             }
             if i == j {
                 if sum.is_nan() || sum <= 0.0 {
                     return None;
                 }
-                lower[i * MOST + i] = sum.sqrt();
+                lower[i][i] = sum.sqrt();
             } else {
-                lower[i * MOST + j] = sum / lower[j * MOST + j];
+                lower[i][j] = sum / lower[j][j];
             }
         }
         x[i] = b[rows[i]];
@@ -75,20 +85,20 @@ fn on_free(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; MOST], f64)> {
     for side in [&mut x, &mut y] {
         for i in 0..m {
             for k in 0..i {
-                side[i] -= lower[i * MOST + k] * side[k];
+                side[i] -= lower[i][k] * side[k];
             }
-            side[i] /= lower[i * MOST + i];
+            side[i] /= lower[i][i];
         }
         for i in (0..m).rev() {
             for k in i + 1..m {
-                side[i] -= lower[k * MOST + i] * side[k];
+                side[i] -= lower[k][i] * side[k];
             }
-            side[i] /= lower[i * MOST + i];
+            side[i] /= lower[i][i];
         }
     }
     let sum = |v: &[f64]| v[..m].iter().sum::<f64>();
     let multiplier = (1.0 - sum(&x)) / sum(&y);
-    let mut target = [0.0; MOST];
+    let mut target = [0.0; N];
     for i in 0..m {
         target[rows[i]] = x[i] + multiplier * y[i];
     }
@@ -113,7 +123,7 @@ mod tests {
             f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
         };
         for round in 0..200 {
-            let n = 1 + round % 9;
+            let n = 1 + round % 12;
             let g: Vec<f64> = (0..n * n).map(|_| next()).collect();
             let mut a = vec![0.0; n * n];
             for (k, cell) in a.iter_mut().enumerate() {
