@@ -68,9 +68,9 @@ fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64;
     for i in 0..m {
         for j in 0..=i {
             let mut sum = a[rows[i] * n + rows[j]];
-            for k in 0..j {
-                sum -= lower[i][k] * lower[j][k];
-            }
+            let (before, row) = (&lower[j], &lower[i]);
+            let product = |(x, y): (&f64, &f64)| x * y;
+            sum -= row[..j].iter().zip(&before[..j]).map(product).sum::<f64>();
             if i == j {
                 if sum.is_nan() || sum <= 0.0 {
                     return None;
