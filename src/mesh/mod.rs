@@ -2,6 +2,7 @@
 
 mod cotangent;
 mod grid;
+mod heat;
 mod mean_value;
 mod rings;
 mod topology;
@@ -11,6 +12,7 @@ use glam::Vec3;
 
 pub use cotangent::{cotangent, lumped_areas};
 pub use grid::TriangleGrid;
+pub(crate) use heat::{HeatMatrix, Laplacian};
 pub use mean_value::mean_value;
 pub use rings::rings;
 pub use topology::normals;

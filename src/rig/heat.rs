@@ -8,20 +8,11 @@ use super::{
 };
 use crate::{
     asset::Influence,
-    mesh::{Mesh, TriangleGrid, cotangent, lumped_areas},
+    mesh::{HeatMatrix, Laplacian, Mesh, TriangleGrid},
 };
 
 /// Influences kept a vertex.
 const KEPT: usize = 4;
-/// Least weight of an edge: obtuse triangles must not cut a component in two.
-const LEAST_EDGE: f64 = 1e-3;
-/// Least distance to a bone, as a share of the bounding box's diagonal.
-const LEAST_DISTANCE: f64 = 1e-4;
-/// Least area of a vertex, as a share of the diagonal's square: a vertex without triangle has none.
-const LEAST_AREA: f64 = 1e-12;
-/// Relative residual at which the solver stops.
-const TOLERANCE: f64 = 1e-8;
-const MOST_ITERATIONS: usize = 5000;
 
 /// Influences of every vertex in components that hold a `wanted` vertex, greatest first, four at most, sum 1; empty
 /// lists elsewhere.
@@ -59,26 +50,6 @@ pub(super) fn heat_weights(
     lists
 }
 
-/// The mesh's stiffness matrix and lumped areas.
-struct Laplacian<'a> {
-    mesh: &'a Mesh,
-    edges: Vec<f32>,
-    areas: Vec<f64>,
-    /// Diagonal of the bounding box.
-    size: f64,
-}
-
-impl<'a> Laplacian<'a> {
-    fn new(mesh: &'a Mesh) -> Self {
-        Self {
-            mesh,
-            edges: cotangent(mesh),
-            areas: lumped_areas(mesh),
-            size: f64::from(mesh.diagonal().max(f32::MIN_POSITIVE)),
-        }
-    }
-}
-
 /// Solves a component for all its joints; `vertices` ascend.
 fn diffuse(
     laplacian: &Laplacian,
@@ -89,12 +60,11 @@ fn diffuse(
         .iter()
         .zip(sources)
         .map(|(&v, source)| {
-            let area = laplacian.areas[v as usize].max(LEAST_AREA * laplacian.size.powi(2));
-            let distance = |s: &Nearest| s.distance.max(LEAST_DISTANCE * laplacian.size);
-            source.as_ref().map_or(0.0, |s| area / distance(s).powi(2))
+            let source = source.as_ref();
+            source.map_or(0.0, |s| laplacian.heat(v, s.distance))
         })
         .collect();
-    let matrix = Matrix::new(laplacian, vertices, &heat);
+    let matrix = HeatMatrix::new(laplacian, vertices, &heat);
     let mut joints: Vec<u16> = sources
         .iter()
         .flatten()
@@ -132,85 +102,6 @@ fn keep_greatest(weights: impl Iterator<Item = (u16, f64)>) -> Vec<Influence> {
             weight: (w / sum) as f32,
         })
         .collect()
-}
-
-/// Symmetric positive definite matrix: L + diag(heat) over a component's vertices.
-struct Matrix {
-    offsets: Vec<usize>,
-    columns: Vec<u32>,
-    values: Vec<f64>,
-    diagonal: Vec<f64>,
-}
-
-impl Matrix {
-    fn new(laplacian: &Laplacian, vertices: &[u32], heat: &[f64]) -> Self {
-        let ring = &laplacian.mesh.one_ring;
-        let mut matrix = Self {
-            offsets: vec![0],
-            columns: Vec::new(),
-            values: Vec::new(),
-            diagonal: heat.to_vec(),
-        };
-        for (i, &v) in vertices.iter().enumerate() {
-            let start = ring.offsets[v as usize] as usize;
-            for (k, u) in ring.row(v as usize).iter().enumerate() {
-                let weight = f64::from(laplacian.edges[start + k]).max(LEAST_EDGE);
-                // Neighbours are of the same component.
-                let column = vertices.partition_point(|x| x < u);
-                matrix.columns.push(column as u32);
-                matrix.values.push(-weight);
-                matrix.diagonal[i] += weight;
-            }
-            matrix.offsets.push(matrix.columns.len());
-        }
-        matrix
-    }
-
-    fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        for (i, y) in out.iter_mut().enumerate() {
-            let row = self.offsets[i]..self.offsets[i + 1];
-            let off: f64 = row
-                .map(|k| self.values[k] * x[self.columns[k] as usize])
-                .sum();
-            *y = self.diagonal[i] * x[i] + off;
-        }
-    }
-
-    /// Conjugate gradients with the diagonal as preconditioner (Saad 2003, algorithm 9.1).
-    fn solve(&self, right: &[f64]) -> Vec<f64> {
-        let precondition =
-            |r: &[f64]| -> Vec<f64> { r.iter().zip(&self.diagonal).map(|(r, d)| r / d).collect() };
-        let mut x = vec![0.0; right.len()];
-        let mut r = right.to_vec();
-        let mut z = precondition(&r);
-        let mut p = z.clone();
-        let mut product = vec![0.0; right.len()];
-        let mut rz = dot(&r, &z);
-        let goal = TOLERANCE * TOLERANCE * dot(&r, &r);
-        for _ in 0..MOST_ITERATIONS {
-            if dot(&r, &r) <= goal {
-                break;
-            }
-            self.multiply(&p, &mut product);
-            let step = rz / dot(&p, &product);
-            for i in 0..x.len() {
-                x[i] += step * p[i];
-                r[i] -= step * product[i];
-            }
-            z = precondition(&r);
-            let next = dot(&r, &z);
-            let turn = next / rz;
-            for (p, z) in p.iter_mut().zip(&z) {
-                *p = z + turn * *p;
-            }
-            rz = next;
-        }
-        x
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

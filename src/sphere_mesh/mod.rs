@@ -7,6 +7,7 @@
 mod collapse;
 mod collide;
 mod curvature;
+mod decompose;
 mod distance;
 mod export;
 mod extent;
@@ -28,6 +29,7 @@ mod topology;
 mod tree;
 
 pub use collide::{Collider, Hit, Moving, Sweep};
+pub use decompose::{Decomposing, Decomposition, Weighting, decompose};
 pub use distance::{Distances, Sheets, distances, surface_facets};
 pub use export::write_ma;
 pub use extract::{Skin, extract};

@@ -6,6 +6,7 @@ mod extract;
 mod info;
 mod rain;
 mod render;
+mod rig;
 mod shower;
 mod source;
 mod tableau;
@@ -32,7 +33,8 @@ Examples:
   dermis sphere-mesh extract horse.dsm --error 0.5 --frame 12 -o horse.ma
   dermis sphere-mesh collide horse.dsm --spheres 46 --segments rain.npy -o hits.npy
   dermis sphere-mesh render horse.dsm --spheres 46 -o horse.png
-  dermis sphere-mesh rain horse.dsm --spheres 46 -o rain.png --moments 3")]
+  dermis sphere-mesh rain horse.dsm --spheres 46 -o rain.png --moments 3
+  dermis sphere-mesh rig horse.dsm captured/ --spheres 46 -o horse-rig.glb")]
 pub(crate) struct Args {
     #[command(subcommand)]
     command: Command,
@@ -46,6 +48,7 @@ enum Command {
     Collide(collide::Args),
     Render(render::Args),
     Rain(rain::Args),
+    Rig(rig::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -56,6 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Command::Collide(args) => collide::run(args),
         Command::Render(args) => render::run(args),
         Command::Rain(args) => rain::run(args),
+        Command::Rig(args) => rig::run(args),
     }
 }
 

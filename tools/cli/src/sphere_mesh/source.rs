@@ -31,6 +31,12 @@ pub(super) struct ClipOptions {
     fps: f32,
 }
 
+impl ClipOptions {
+    pub(super) fn fps(&self) -> f32 {
+        self.fps
+    }
+}
+
 impl Source {
     pub(super) fn load(&self) -> Result<Sequence> {
         load(&self.sequence, &self.clip)

@@ -1,0 +1,149 @@
+//! Weights of one vertex: a convex quadratic over the simplex, solved exactly.
+
+/// Most bones that one vertex can choose from.
+pub(super) const MOST: usize = 24;
+
+/// Minimises wᵀ A w − 2 bᵀ w over w ≥ 0, Σ w = 1 by an active set; A is symmetric and positive definite, row by row.
+///
+/// Starts from `w`, which must be feasible. Each step solves the equality problem on the positive weights; where that leaves
+/// the simplex, it stops at the boundary and drops the weight that reached 0; where it does not, it frees the weight whose
+/// multiplier is most negative. The cost falls with every step, so no set comes twice.
+pub(super) fn minimise(a: &[f64], b: &[f64], w: &mut [f64]) {
+    debug_assert!(w.len() <= MOST && a.len() == w.len() * w.len() && b.len() == w.len());
+    // Most problems are small, and clearing memory for great ones would take most of the time.
+    match w.len() {
+        0..=4 => on_simplex::<4>(a, b, w),
+        5..=8 => on_simplex::<8>(a, b, w),
+        _ => on_simplex::<MOST>(a, b, w),
+    }
+}
+
+/// [`minimise`] for at most `N` weights.
+fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
+    let n = w.len();
+    let scale = (0..n).map(|k| a[k * n + k]).fold(0.0, f64::max);
+    let mut free = [false; N];
+    for k in 0..n {
+        free[k] = w[k] > 0.0;
+    }
+    // Far more than ever seen; a bound, should rounding make a set come twice.
+    for _ in 0..8 * n {
+        let Some((target, multiplier)) = on_free::<N>(a, b, &free[..n]) else {
+            return;
+        };
+        let step = (0..n).filter(|&k| free[k] && target[k] < 0.0);
+        let step = step.map(|k| (w[k] / (w[k] - target[k]), k));
+        if let Some((t, gone)) = step.min_by(|x, y| x.0.total_cmp(&y.0)) {
+            for k in 0..n {
+                w[k] += t * (target[k] - w[k]);
+            }
+            free[gone] = false;
+            w[gone] = 0.0;
+            continue;
+        }
+        w.copy_from_slice(&target[..n]);
+        let gradient = |k: usize| (0..n).map(|l| a[k * n + l] * w[l]).sum::<f64>() - b[k];
+        let bound = (0..n).filter(|&k| !free[k]);
+        let worst = bound.map(|k| (gradient(k) - multiplier, k));
+        match worst.min_by(|x, y| x.0.total_cmp(&y.0)) {
+            Some((slack, k)) if slack < -1e-12 * scale => free[k] = true,
+            _ => return,
+        }
+    }
+}
+
+/// The minimum on the free weights with Σ w = 1, and the multiplier of that constraint.
+///
+/// With A x = b and A y = 1 it is x + s y with s = (1 − Σ x) / Σ y, and s is the multiplier.
+fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; N], f64)> {
+    let n = free.len();
+    let mut rows = [0; N];
+    let mut m = 0;
+    for k in (0..n).filter(|&k| free[k]) {
+        rows[m] = k;
+        m += 1;
+    }
+    let mut lower = [[0.0; N]; N];
+    let (mut x, mut y) = ([0.0; N], [1.0; N]);
+    for i in 0..m {
+        for j in 0..=i {
+            let mut sum = a[rows[i] * n + rows[j]];
+            let (before, row) = (&lower[j], &lower[i]);
+            let product = |(x, y): (&f64, &f64)| x * y;
+            sum -= row[..j].iter().zip(&before[..j]).map(product).sum::<f64>();
+            if i == j {
+                if sum.is_nan() || sum <= 0.0 {
+                    return None;
+                }
+                lower[i][i] = sum.sqrt();
+            } else {
+                lower[i][j] = sum / lower[j][j];
+            }
+        }
+        x[i] = b[rows[i]];
+    }
+    for side in [&mut x, &mut y] {
+        for i in 0..m {
+            for k in 0..i {
+                side[i] -= lower[i][k] * side[k];
+            }
+            side[i] /= lower[i][i];
+        }
+        for i in (0..m).rev() {
+            for k in i + 1..m {
+                side[i] -= lower[k][i] * side[k];
+            }
+            side[i] /= lower[i][i];
+        }
+    }
+    let sum = |v: &[f64]| v[..m].iter().sum::<f64>();
+    let multiplier = (1.0 - sum(&x)) / sum(&y);
+    let mut target = [0.0; N];
+    for i in 0..m {
+        target[rows[i]] = x[i] + multiplier * y[i];
+    }
+    multiplier.is_finite().then_some((target, multiplier))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cost(a: &[f64], b: &[f64], w: &[f64]) -> f64 {
+        let n = w.len();
+        let row = |k: usize| w[k] * ((0..n).map(|l| a[k * n + l] * w[l]).sum::<f64>() - 2.0 * b[k]);
+        (0..n).map(row).sum()
+    }
+
+    #[test]
+    fn no_neighbour_on_the_simplex_is_cheaper() {
+        let mut seed = 7u32;
+        let mut next = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
+        };
+        for round in 0..200 {
+            let n = 1 + round % 12;
+            let g: Vec<f64> = (0..n * n).map(|_| next()).collect();
+            let mut a = vec![0.0; n * n];
+            for (k, cell) in a.iter_mut().enumerate() {
+                let (i, j) = (k / n, k % n);
+                *cell = (0..n).map(|l| g[i * n + l] * g[j * n + l]).sum();
+                *cell += if i == j { 1e-4 } else { 0.0 };
+            }
+            let b: Vec<f64> = (0..n).map(|_| next()).collect();
+            let mut w = vec![1.0 / n as f64; n];
+            minimise(&a, &b, &mut w);
+            assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{w:?}");
+            assert!(w.iter().all(|x| *x >= 0.0), "{w:?}");
+            let best = cost(&a, &b, &w);
+            for (i, j) in (0..n * n).map(|k| (k / n, k % n)) {
+                let mut other = w.clone();
+                let step = (1e-3f64).min(other[i]);
+                other[i] -= step;
+                other[j] += step;
+                assert!(cost(&a, &b, &other) >= best - 1e-12, "round {round}: {w:?}");
+            }
+        }
+    }
+}
