@@ -48,7 +48,8 @@ pub struct dm_sphere_mesh_options {
     pub size: u32,
     /// DM_SPHERE_MESH_ALLOW_INVERSION or 0.
     pub flags: u32,
-    /// How much curved places count: curvature is clamped at this percentile, 0 to 100; below 0 area alone counts.
+    /// How much curved places count, 0 to 1: the power of 1 + BBD² (κ₁² + κ₂²) with which areas are weighted; at 0 area
+    /// alone counts.
     pub curvature: f64,
     /// Weight of temporal coherence against the planes', 0 to 1e9: from about 1 on spheres stay near the middle of their region.
     pub temporal: f64,
@@ -114,7 +115,7 @@ pub unsafe extern "C" fn dm_sphere_mesh_options_default(
                 true => 0,
                 false => DM_SPHERE_MESH_ALLOW_INVERSION,
             },
-            curvature: curvature.unwrap_or(-1.0),
+            curvature,
             temporal,
             progress: None,
             progress_user: std::ptr::null_mut(),
@@ -332,12 +333,7 @@ fn read(given: &dm_sphere_mesh_options) -> Outcome<(Options, Listener)> {
         return Err(Fault::argument("options.flags", reason));
     }
     let options = Options {
-        // What is no number is refused with what is too large.
-        curvature: if given.curvature < 0.0 {
-            None
-        } else {
-            Some(given.curvature)
-        },
+        curvature: given.curvature,
         temporal: given.temporal,
         inversion: given.flags & DM_SPHERE_MESH_ALLOW_INVERSION == 0,
         spheres: true,

@@ -92,7 +92,7 @@ pub(super) fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Hierarchy {
-    let importance = options.curvature.map(|p| importance(&input, p));
+    let importance = (options.curvature > 0.0).then(|| importance(&input, options.curvature));
     let quadrics = Quadrics::cells(&input, importance.as_deref(), options.temporal);
     drop(importance);
     let weight = quadrics.sums.iter().map(|s| s.weight).sum::<f64>() * 0.5;

@@ -7,25 +7,23 @@ use super::{
     lanes::{LANES, V4, X4},
 };
 
-/// Greatest number of values that the percentile is taken from; of more, every n-th.
-const SAMPLE: usize = 1 << 20;
+/// Greatest BBD² (κ₁² + κ₂²) that counts: a ball with 1/224 of the diagonal for its radius. Beyond are slivers.
+const SHARPEST: f64 = 1e5;
 
-/// 1 + BBD² (κ₁² + κ₂²) of each vertex in each frame, `[vertex][frame]`; curvature is clamped at `percentile` of all.
-pub(super) fn importance(input: &Input, percentile: f64) -> Vec<f32> {
+/// (1 + BBD² (κ₁² + κ₂²))^`power` of each vertex in each frame, `[vertex][frame]`.
+pub(super) fn importance(input: &Input, power: f64) -> Vec<f32> {
     let stride = input.stride;
     let mut values = vec![0.0f32; input.mesh.positions.len() * stride];
     let rows = values.par_chunks_exact_mut(stride).enumerate();
     rows.for_each(|(v, row)| {
         for at in (0..stride).step_by(LANES) {
+            // Lengths are in units of the diagonal already.
             let k = total(input, v, at);
             for lane in 0..LANES {
-                row[at + lane] = k.0[lane].min(1e30) as f32;
+                row[at + lane] = (1.0 + k.0[lane].min(SHARPEST)).powf(power) as f32;
             }
         }
     });
-    let limit = at_percentile(&values, percentile);
-    // Lengths are in units of the diagonal already.
-    values.par_iter_mut().for_each(|k| *k = 1.0 + k.min(limit));
     values
 }
 
@@ -51,12 +49,4 @@ fn total(input: &Input, v: usize, at: usize) -> X4 {
     let mean = laplacian.dot(laplacian).zip(area, |l, a| l / (a * a));
     let gauss = deficit.zip(area, |d, a| 2.0 * d / a);
     mean.zip(gauss, |m, g| (m - g).max(0.0))
-}
-
-fn at_percentile(values: &[f32], percentile: f64) -> f32 {
-    let step = values.len().div_ceil(SAMPLE).max(1);
-    let mut sample: Vec<f32> = values.iter().copied().step_by(step).collect();
-    let at = (percentile / 100.0 * (sample.len() - 1) as f64).round() as usize;
-    let at = at.min(sample.len() - 1);
-    *sample.select_nth_unstable_by(at, f32::total_cmp).1
 }

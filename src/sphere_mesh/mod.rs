@@ -54,14 +54,8 @@ pub fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Hierarchy> {
-    if options
-        .curvature
-        .is_some_and(|p| !(0.0..=100.0).contains(&p))
-    {
-        return Err(Error::argument(
-            "curvature",
-            "a percentile is from 0 to 100",
-        ));
+    if !(0.0..=1.0).contains(&options.curvature) {
+        return Err(Error::argument("curvature", "a power is from 0 to 1"));
     }
     if !(options.temporal >= 0.0 && options.temporal <= 1e9) {
         return Err(Error::argument("temporal", "a weight is from 0 to 1e9"));

@@ -3,9 +3,10 @@
 /// Settings of a build.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Percentile, 0 to 100, at which curvature is clamped where it decides how much a vertex counts; without it every
-    /// vertex counts by its area alone. Curvature spans many orders of magnitude, and a few slivers must not outvote the rest.
-    pub curvature: Option<f64>,
+    /// How much curved places count, 0 to 1: the power of the paper's importance 1 + BBD² (κ₁² + κ₂²) with which a vertex'
+    /// area is weighted. 1 is the paper's; at 0 area alone counts. Curvature spans many orders of magnitude, and at 1 a few
+    /// small places outvote the rest.
+    pub curvature: f64,
     /// Weight of temporal coherence (δ of Eq. 11) against the mean weight of the planes: at 0 a sphere is wherever it fits
     /// best, from about 1 on it stays near the middle of its region.
     pub temporal: f64,
@@ -18,7 +19,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            curvature: Some(80.0),
+            curvature: 0.5,
             temporal: 0.0,
             inversion: true,
             spheres: true,
@@ -30,7 +31,7 @@ impl Options {
     /// The classic quadric error metric, for comparison.
     pub fn classic() -> Self {
         Self {
-            curvature: None,
+            curvature: 0.0,
             temporal: 0.0,
             inversion: true,
             spheres: false,

@@ -134,7 +134,7 @@ fn the_classic_metric_has_no_radius_and_a_greater_error() {
     let classic = build(&sequence, &Options::classic(), &|_| {}).unwrap();
     assert!(classic.merges.iter().all(|m| m.radius == 0.0));
     let plain = Options {
-        curvature: None,
+        curvature: 0.0,
         ..Options::default()
     };
     let spheres = build(&sequence, &plain, &|_| {}).unwrap();
@@ -273,7 +273,7 @@ fn malformed_sequences_give_an_error_or_something_valid() {
         }
     }
     let wrong = Options {
-        curvature: Some(f64::NAN),
+        curvature: f64::NAN,
         ..Options::default()
     };
     assert!(build(&bending(1), &wrong, &|_| {}).is_err());

@@ -24,17 +24,17 @@ Examples:
   dermis sphere-mesh build captured/ -o horse.dsm
   dermis sphere-mesh build walk.glb --clip walk --fps 24 -o walk.dsm
   dermis sphere-mesh build captured/ -o horse.dsm --temporal 1     spheres that do not slide along the mesh
-  dermis sphere-mesh build captured/ -o horse.dsm --curvature none --json -")]
+  dermis sphere-mesh build captured/ -o horse.dsm --curvature 0 --json -")]
 pub(crate) struct Args {
     #[command(flatten)]
     source: Source,
     /// File of the hierarchy.
     #[arg(long, short, value_name = "X.dsm")]
     output: PathBuf,
-    /// How much curved places count: curvature is clamped at this percentile of all of the mesh's, or `none` where area
-    /// alone counts, which has smaller mean distances but loses small features sooner.
-    #[arg(long, value_name = "0..100|none", default_value = "80", value_parser = curvature)]
-    curvature: Curvature,
+    /// How much curved places count: the power of the paper's importance 1 + BBD² (κ₁² + κ₂²), which 1 stands for. At 0
+    /// area alone counts, which loses small features sooner; towards 1 they win over all else.
+    #[arg(long, value_name = "0..1", default_value_t = Options::default().curvature, value_parser = power)]
+    curvature: f64,
     /// Weight of temporal coherence against the planes': at 0 spheres are where they fit best, from about 1 on they stay
     /// near the middle of their region.
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse::not_negative)]
@@ -46,17 +46,11 @@ pub(crate) struct Args {
     report: ReportOptions,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Curvature(Option<f64>);
-
-fn curvature(text: &str) -> Result<Curvature, String> {
-    if text == "none" {
-        return Ok(Curvature(None));
-    }
-    match text.parse() {
-        Ok(percentile) if (0.0..=100.0).contains(&percentile) => Ok(Curvature(Some(percentile))),
-        _ => Err("a percentile from 0 to 100, or none".into()),
-    }
+fn power(text: &str) -> Result<f64, String> {
+    let power = text.parse().ok();
+    power
+        .filter(|power| (0.0..=1.0).contains(power))
+        .ok_or_else(|| "a number from 0 to 1".into())
 }
 
 #[derive(Serialize)]
@@ -89,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let sequence = args.source.load()?;
     let read = begin.elapsed().as_secs_f64();
     let options = Options {
-        curvature: args.curvature.0,
+        curvature: args.curvature,
         temporal: f64::from(args.temporal),
         inversion: !args.allow_inversion,
         spheres: true,

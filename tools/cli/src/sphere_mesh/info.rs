@@ -127,7 +127,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             };
             compare(&sequence, &options, spheres, &frames, &progress)
         };
-        qem = Some(compare(None)?);
+        qem = Some(compare(0.0)?);
         qem_curvature = Some(compare(Options::default().curvature)?);
     }
     let compared = begin.elapsed().as_secs_f64();
