@@ -141,7 +141,7 @@ fn particles(shape: &Shape) -> Result<(), Box<dyn Error>> {
             let ns = pass.map(|t| t.by_name().iter().find(|p| p.0 == "particles").map(|p| p.2));
             best = best.min(ns.flatten().unwrap_or(u64::MAX) as f64);
         }
-        let tests = (PARTICLES * particles.solids()) as f64;
+        let tests = (PARTICLES * particles.primitives()) as f64;
         println!(
             "  {name}: {:.2} ms, {:.0} million tests a second, the looks for what is inside at the end included",
             1e-6 * best,

@@ -2139,7 +2139,7 @@ dm_result dm_particles_output(struct dm_context context,
 
  Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of something else; DM_ERROR_ARGUMENT for the
  slot, the time or the seconds, or on the CPU; DM_ERROR_DEVICE_LOST where another call has found it; DM_ERROR_PANIC. Where it is
- not DM_OK nothing is recorded.
+ not DM_OK nothing is recorded, and the level has not moved.
 
  Pointers:
  The command buffer is NULL or in the state above; particles and output are not destroyed before it is done.

@@ -114,9 +114,6 @@ pub unsafe extern "C" fn dm_collider_sweep(
             .collect();
         // SAFETY: see above.
         unsafe { pointer::copy_out(&hits, given.hits.cast(), count, "sweeps.hits")? };
-        if given.states.is_null() {
-            return Ok(());
-        }
         let state = |hit: &Option<Hit>| match hit {
             None => DM_HIT_NONE,
             Some(hit) if hit.pushed => DM_HIT_PUSHED,
@@ -124,6 +121,7 @@ pub unsafe extern "C" fn dm_collider_sweep(
         };
         let states: Vec<u32> = found.iter().map(state).collect();
         // SAFETY: see above.
-        unsafe { pointer::copy_out(&states, given.states, count, "sweeps.states") }
+        unsafe { pointer::copy_wanted(&states, given.states) };
+        Ok(())
     })
 }

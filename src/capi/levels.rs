@@ -196,20 +196,11 @@ pub unsafe extern "C" fn dm_level_read(level: dm_level, spheres: *const dm_spher
         let radii: Vec<f32> = shape.balls.iter().map(|b| b.radius as f32).collect();
         // SAFETY: see above.
         unsafe {
-            column(&centres, out.centres.cast())?;
-            column(&radii, out.radii)?;
-            column(&shape.edges, out.edge_ends.cast())?;
-            column(&shape.triangles, out.corners.cast())
+            pointer::copy_wanted(&centres, out.centres.cast());
+            pointer::copy_wanted(&radii, out.radii);
+            pointer::copy_wanted(&shape.edges, out.edge_ends.cast());
+            pointer::copy_wanted(&shape.triangles, out.corners.cast());
         }
+        Ok(())
     })
-}
-
-/// # Safety
-/// `pointer` is NULL or has room for all rows.
-unsafe fn column<T: bytemuck::NoUninit>(rows: &[T], pointer: *mut T) -> Outcome {
-    if pointer.is_null() {
-        return Ok(());
-    }
-    // SAFETY: the caller's promise.
-    unsafe { pointer::copy_out(rows, pointer, rows.len(), "spheres") }
 }

@@ -263,13 +263,17 @@ pub unsafe extern "C" fn dm_particles_read(
                 return Err(Fault::size("flights.count", given, wanted));
             }
             let rows = flying.particles.read()?;
+            let place = |p: &Particle| p.position.extend(p.radius).to_array();
+            let places: Vec<[f32; 4]> = rows.iter().map(place).collect();
+            let velocities: Vec<[f32; 3]> = rows.iter().map(|p| p.velocity.to_array()).collect();
+            let contacts: Vec<u32> = rows.iter().map(|p| p.contacts).collect();
             // SAFETY: see above.
             unsafe {
-                let place = |p: &Particle| p.position.extend(p.radius).to_array();
-                column(&rows, out.positions.cast(), place)?;
-                column(&rows, out.velocities.cast(), |p| p.velocity.to_array())?;
-                column(&rows, out.contacts, |p| p.contacts)
+                pointer::copy_wanted(&places, out.positions.cast());
+                pointer::copy_wanted(&velocities, out.velocities.cast());
+                pointer::copy_wanted(&contacts, out.contacts);
             }
+            Ok(())
         })
     })
 }
@@ -357,7 +361,7 @@ pub unsafe extern "C" fn dm_particles_output(
 ///
 /// Returns DM_OK; DM_ERROR_NULL; DM_ERROR_HANDLE; DM_ERROR_FOREIGN where the output is of something else; DM_ERROR_ARGUMENT for the
 /// slot, the time or the seconds, or on the CPU; DM_ERROR_DEVICE_LOST where another call has found it; DM_ERROR_PANIC. Where it is
-/// not DM_OK nothing is recorded.
+/// not DM_OK nothing is recorded, and the level has not moved.
 ///
 /// # Safety
 /// The command buffer is NULL or in the state above; particles and output are not destroyed before it is done.
@@ -433,19 +437,4 @@ unsafe fn particles(desc: *const dm_particles_desc) -> Outcome<Vec<Particle>> {
         contacts: 0,
     };
     Ok(rows.map(particle).collect())
-}
-
-/// # Safety
-/// `pointer` is NULL or has a row a particle.
-unsafe fn column<T: bytemuck::NoUninit>(
-    rows: &[Particle],
-    pointer: *mut T,
-    of: impl Fn(&Particle) -> T,
-) -> Outcome {
-    if pointer.is_null() {
-        return Ok(());
-    }
-    let values: Vec<T> = rows.iter().map(of).collect();
-    // SAFETY: the caller's promise.
-    unsafe { pointer::copy_out(&values, pointer, values.len(), "flights") }
 }

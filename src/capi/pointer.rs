@@ -145,10 +145,22 @@ pub(super) unsafe fn copy_out<T: NoUninit>(
     if room < rows.len() {
         return Err(Fault::size(name, room, rows.len()));
     }
+    // SAFETY: there is room; the caller's promise.
+    unsafe { copy_wanted(rows, pointer) };
+    Ok(())
+}
+
+/// Copies an array out unless `pointer` is NULL.
+///
+/// # Safety
+/// `pointer` is NULL or has room for all of `rows`, which may be written.
+pub(super) unsafe fn copy_wanted<T: NoUninit>(rows: &[T], pointer: *mut T) {
+    if pointer.is_null() {
+        return;
+    }
     let bytes: &[u8] = bytemuck::cast_slice(rows);
     // SAFETY: there is room; bytes need no alignment, and `rows` is this library's own memory.
     unsafe { pointer.cast::<u8>().copy_from(bytes.as_ptr(), bytes.len()) };
-    Ok(())
 }
 
 /// Bytes for a buffer of the caller, who may ask for their number first: with `out` NULL and no room.

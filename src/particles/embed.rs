@@ -49,7 +49,7 @@ impl Particles {
     ///
     /// # Errors
     /// [`Error::Argument`] on the CPU, for a slot that does not exist or an output of other particles, and as
-    /// [`Particles::advance`].
+    /// [`Particles::advance`]. The shape has not moved then.
     pub fn record(
         &mut self,
         commands: &HostCommands,
@@ -72,11 +72,10 @@ impl Particles {
         let Machine::Gpu(m) = &mut self.machine else {
             return Err(no_commands());
         };
-        m.set(By::Host, slot, self.moving.primitives(), &constants)?;
-        m.frame.record_spans(commands, slot, &By::Host.spans())?;
-        match output {
-            Some(output) => output.record(commands, slot),
-            None => Ok(()),
-        }
+        let done = m
+            .set(By::Host, slot, self.moving.primitives(), &constants)
+            .and_then(|()| m.frame.record_spans(commands, slot, &By::Host.spans()))
+            .and_then(|()| output.map_or(Ok(()), |output| output.record(commands, slot)));
+        done.inspect_err(|_| self.moving.turn_back())
     }
 }

@@ -180,8 +180,8 @@ impl Particles {
         self.count
     }
 
-    /// Solids of the sphere-mesh, each of which is looked at for every flight of every particle.
-    pub fn solids(&self) -> usize {
+    /// Spheres, capsules and thick triangles of the shape, each of which is looked at for every flight of every particle.
+    pub fn primitives(&self) -> usize {
         self.moving.primitives().len()
     }
 

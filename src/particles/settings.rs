@@ -37,13 +37,26 @@ impl Settings {
             (
                 "gravity",
                 gravity <= super::GREATEST && !self.gravity.is_nan(),
+                format!("{}, not finite or beyond 1e8", self.gravity),
             ),
-            ("restitution", (0.0..=1.0).contains(&self.restitution)),
-            ("friction", (0.0..=super::GREATEST).contains(&self.friction)),
-            ("contacts", (1..=64).contains(&self.contacts)),
+            (
+                "restitution",
+                (0.0..=1.0).contains(&self.restitution),
+                format!("{}, not from 0 to 1", self.restitution),
+            ),
+            (
+                "friction",
+                (0.0..=super::GREATEST).contains(&self.friction),
+                format!("{}, not from 0 to 1e8", self.friction),
+            ),
+            (
+                "contacts",
+                (1..=64).contains(&self.contacts),
+                format!("{}, not from 1 to 64", self.contacts),
+            ),
         ];
-        match good.iter().find(|(_, good)| !good) {
-            Some((name, _)) => Err(Error::argument(*name, "out of range")),
+        match good.into_iter().find(|(_, good, _)| !good) {
+            Some((name, _, reason)) => Err(Error::argument(name, reason)),
             None => Ok(()),
         }
     }

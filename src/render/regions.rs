@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::colour;
+use crate::{Error, Result};
 
 /// Candidates for a region's colour.
 const PALETTE: u16 = 24;
@@ -50,14 +51,18 @@ pub struct Cut {
 }
 
 /// Cuts each triangle whose corners have different `labels` between them, along lines from the middles of its sides to its
-/// own. Rows of positions, normals and labels are vertices; a label is a row of `colours`. All must fit each other.
+/// own. Rows of positions, normals and labels are vertices; a label is a row of `colours`.
+///
+/// # Errors
+/// [`Error::Argument`] for columns of different lengths, and naming a label without colour or a triangle without vertex.
 pub fn cut_regions(
     positions: &[Vec3],
     normals: &[Vec3],
     labels: &[u32],
     triangles: &[[u32; 3]],
     colours: &[Vec3],
-) -> Cut {
+) -> Result<Cut> {
+    check(positions.len(), normals, labels, triangles, colours)?;
     let of = |label: u32| colours[label as usize];
     let mut cut = Cut {
         positions: positions.to_vec(),
@@ -78,7 +83,32 @@ pub fn cut_regions(
             cut.triangles.extend([[a, ab, abc], [a, abc, ca]]);
         }
     }
-    cut
+    Ok(cut)
+}
+
+fn check(
+    count: usize,
+    normals: &[Vec3],
+    labels: &[u32],
+    triangles: &[[u32; 3]],
+    colours: &[Vec3],
+) -> Result<()> {
+    for (name, rows) in [("normals", normals.len()), ("labels", labels.len())] {
+        if rows != count {
+            let reason = format!("{rows} rows for {count} vertices");
+            return Err(Error::argument(name, reason));
+        }
+    }
+    if let Some(row) = labels.iter().position(|&l| l as usize >= colours.len()) {
+        let reason = format!("row {row} is {} of {}", labels[row], colours.len());
+        return Err(Error::argument("labels", reason));
+    }
+    let outside = |t: &[u32; 3]| t.iter().any(|&v| v as usize >= count);
+    if let Some(row) = triangles.iter().position(outside) {
+        let reason = format!("{:?} of {count} vertices", triangles[row]);
+        return Err(Error::argument(format!("triangle {row}"), reason));
+    }
+    Ok(())
 }
 
 impl Cut {
@@ -94,6 +124,7 @@ impl Cut {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
@@ -122,7 +153,8 @@ mod tests {
             &[0, 1, 2, 2],
             &triangles,
             &colours,
-        );
+        )
+        .unwrap();
         let corner = |v: u32| cut.positions[v as usize];
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(corner);
@@ -140,6 +172,25 @@ mod tests {
         }
         assert!(cut.normals.iter().all(|n| *n == Vec3::Z));
         let whole = cut_regions(&positions, &[Vec3::Z; 4], &[1; 4], &triangles, &colours);
-        assert_eq!(whole.triangles, triangles);
+        assert_eq!(whole.unwrap().triangles, triangles);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let refuse = |normals: usize, labels: &[u32], corner: u32| {
+            let (positions, normals) = ([Vec3::ZERO; 3], vec![Vec3::Z; normals]);
+            let cut = cut_regions(
+                &positions,
+                &normals,
+                labels,
+                &[[0, 1, corner]],
+                &[Vec3::X; 2],
+            );
+            cut.unwrap_err().to_string()
+        };
+        assert!(refuse(2, &[0, 1, 0], 2).contains("normals: 2 rows for 3"));
+        assert!(refuse(3, &[0, 1], 2).contains("labels: 2 rows for 3"));
+        assert!(refuse(3, &[0, 1, 2], 2).contains("labels: row 2 is 2 of 2"));
+        assert!(refuse(3, &[0, 1, 0], 3).contains("triangle 0: [0, 1, 3] of 3"));
     }
 }

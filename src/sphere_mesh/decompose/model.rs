@@ -28,12 +28,7 @@ impl Decomposition {
         fps: f32,
     ) -> Result<Model> {
         self.fits(hierarchy, level, clips)?;
-        if !(fps > 0.0 && fps <= 1e4) {
-            return Err(Error::argument(
-                "fps",
-                format!("{fps}, not above 0 and at most 10000"),
-            ));
-        }
+        check_fps(fps)?;
         let tree = Tree::new(hierarchy, level, self);
         let mut row_of = vec![0; tree.sphere.len()];
         for (row, &sphere) in tree.sphere.iter().enumerate() {
@@ -89,6 +84,16 @@ impl Decomposition {
             "made from another sphere-mesh or other clips",
         ))
     }
+}
+
+/// # Errors
+/// [`Error::Argument`] for a rate at which times would be rounded together or not be finite.
+fn check_fps(fps: f32) -> Result<()> {
+    if (1e-3..=1e4).contains(&fps) {
+        return Ok(());
+    }
+    let reason = format!("{fps}, not from 0.001 to 10000");
+    Err(Error::argument("fps", reason))
 }
 
 /// Names of the clips: of their files, made unique.

@@ -43,9 +43,7 @@ impl Tree {
         for link in &links {
             join(&mut group, &mut near, link.ends, link.pivot);
         }
-        while let Some((ends, pivot)) = nearest_pair(&group, &result.centres) {
-            join(&mut group, &mut near, ends, pivot);
-        }
+        join_pieces(&mut group, &mut near, &result.centres);
         let mut size = vec![0.0; count];
         for list in &result.influences {
             list.iter()
@@ -86,13 +84,30 @@ fn join(group: &mut [usize], near: &mut [Vec<(usize, DVec3)>], [a, b]: [usize; 2
     }
 }
 
-/// The nearest spheres of the first group and any other, and the middle between them.
-fn nearest_pair(group: &[usize], centres: &[DVec3]) -> Option<([usize; 2], DVec3)> {
-    let of = |first: bool| (0..group.len()).filter(move |&s| (group[s] == group[0]) == first);
-    let far = |pair: &[usize; 2]| centres[pair[0]].distance_squared(centres[pair[1]]);
-    let pairs = of(true).flat_map(|a| of(false).map(move |b| [a, b]));
-    let pair = pairs.min_by(|x, y| far(x).total_cmp(&far(y)))?;
-    Some((pair, (centres[pair[0]] + centres[pair[1]]) * 0.5))
+/// Joins all groups to that of the first sphere, the nearest sphere outside of it each time; the joint is in the middle.
+///
+/// Every sphere outside keeps the nearest inside (Prim 1957): meshes may have thousands of pieces.
+fn join_pieces(group: &mut [usize], near: &mut [Vec<(usize, DVec3)>], centres: &[DVec3]) {
+    let closer = |x: &(f64, usize), y: &(f64, usize)| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1));
+    let mut nearest = vec![(f64::INFINITY, 0); centres.len()];
+    let of = |group: &[usize], number: usize| -> Vec<usize> {
+        (0..group.len()).filter(|&s| group[s] == number).collect()
+    };
+    let mut new = group.first().map_or(Vec::new(), |&first| of(group, first));
+    while !new.is_empty() {
+        let outside = || (0..group.len()).filter(|&s| group[s] != group[0]);
+        for b in outside() {
+            let away = |&a: &usize| (centres[a].distance_squared(centres[b]), a);
+            let all = new.iter().map(away).chain([nearest[b]]);
+            nearest[b] = all.min_by(closer).unwrap_or(nearest[b]);
+        }
+        let Some(b) = outside().min_by(|&x, &y| closer(&nearest[x], &nearest[y])) else {
+            return;
+        };
+        let a = nearest[b].1;
+        new = of(group, group[b]);
+        join(group, near, [a, b], (centres[a] + centres[b]) * 0.5);
+    }
 }
 
 fn links(hierarchy: &Hierarchy, level: &Level, result: &Decomposition) -> Vec<Link> {
@@ -163,6 +178,36 @@ fn middle(near: &[Vec<(usize, DVec3)>], size: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pieces_hang_on_the_nearest_of_what_hangs_together() {
+        let mut seed = 3u32;
+        let mut next = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8)
+        };
+        let centres: Vec<DVec3> = (0..60)
+            .map(|_| DVec3::new(next(), next(), next()))
+            .collect();
+        // 20 pieces of three spheres.
+        let mut group: Vec<usize> = (0..60).map(|s| s % 20).collect();
+        let mut near = vec![Vec::new(); 60];
+        let mut expected = near.clone();
+        let mut left = group.clone();
+        let pair = |group: &[usize]| {
+            let pairs = (0..60).flat_map(|a| (0..60).map(move |b| [a, b]));
+            let open = pairs.filter(|[a, b]| group[*a] == group[0] && group[*b] != group[0]);
+            let far = |pair: &[usize; 2]| centres[pair[0]].distance_squared(centres[pair[1]]);
+            open.min_by(|x, y| far(x).total_cmp(&far(y)))
+        };
+        while let Some(ends) = pair(&left) {
+            let [a, b] = ends.map(|s| centres[s]);
+            join(&mut left, &mut expected, ends, (a + b) * 0.5);
+        }
+        join_pieces(&mut group, &mut near, &centres);
+        assert_eq!(near, expected);
+        assert_eq!(near.iter().map(Vec::len).sum::<usize>(), 2 * 19);
+    }
 
     #[test]
     fn the_root_is_in_the_middle() {

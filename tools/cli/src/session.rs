@@ -159,7 +159,7 @@ pub(crate) fn drawing_device(device: &Device, validation: bool) -> Result<Gpu> {
     };
     Gpu::new(&options).map_err(|error| match error {
         Error::NoDevice { reason } => Error::NoDevice {
-            reason: format!("render draws with Vulkan even where the CPU computes: {reason}"),
+            reason: format!("pictures are drawn with Vulkan even where the CPU computes: {reason}"),
         },
         other => other,
     })

@@ -89,7 +89,10 @@ fn what_cannot_rain_is_refused() {
     };
     let out = dir.path().join("rain.png");
     let out = text(&out);
-    assert!(rain(&[out, "--spheres", "20", "--restitution", "1.5"]).contains("restitution"));
+    assert!(
+        rain(&[out, "--spheres", "20", "--restitution", "1.5"])
+            .contains("restitution: 1.5, not from 0 to 1")
+    );
     assert!(rain(&[out, "--spheres", "0"]).contains("spheres"));
     assert!(rain(&["rain.gif", "--spheres", "20"]).contains(".png"));
     let missing = refused(&["sphere-mesh", "rain", "no.dsm", "--spheres", "2", "-o", out]);

@@ -52,6 +52,10 @@ fn a_level_is_drawn_in_all_styles_and_several_side_by_side() {
     assert_eq!(report["pictures"][0]["frame"], 1);
     assert!(report["pictures"][0]["draw_ms"].as_f64() > Some(0.0));
     let plain = fs::read(&out).unwrap();
+    // The CPU draws nothing: what does is named.
+    let other = draw(&["--spheres", "12", "--frame", "1", "--device", "cpu"]);
+    assert_eq!(other["device"], report["device"]);
+    assert_eq!(fs::read(&out).unwrap(), plain);
     draw(&["--spheres", "12", "--frame", "1", "--up", "-x"]);
     assert_ne!(fs::read(&out).unwrap(), plain);
     let all = "mesh,regions,skeleton,surface,extracted";

@@ -3,7 +3,8 @@
 use std::{ops::Range, path::PathBuf, time::Instant};
 
 use dermis::{
-    Error, Result, gpu::Profile, render::View, report::Progress as Step, sphere_mesh::Hierarchy,
+    Error, Result, deformer::Device, gpu::Profile, render::View, report::Progress as Step,
+    sphere_mesh::Hierarchy,
 };
 use glam::{Quat, Vec3};
 use serde::Serialize;
@@ -212,7 +213,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         gallery.add(tiles)?;
     }
     progress.finish();
-    check_validation(&dermis::deformer::Device::Gpu(gpu))?;
+    // Nothing else works here, whatever the user has asked for.
+    let device = Device::Gpu(gpu);
+    check_validation(&device)?;
     gallery.close()?;
     let level = |l: &dermis::sphere_mesh::Level| LevelReport {
         spheres: l.nodes.len(),

@@ -26,7 +26,7 @@ use crate::{
 #[command(after_help = "\
 All sequences are of the mesh that X.dsm was built from: the same vertices and faces. They share rest pose and weights.
 The rest pose begins as the first frame of the first. Joints are named sphere_0 … as in `extract`, and turn where they meet
-their parents.
+their parents. A clip's frames are --fps a second in its animation, those of meshes too.
 
 Examples:
   dermis sphere-mesh rig horse.dsm captured/ --spheres 46 -o horse.glb

@@ -26,9 +26,17 @@ pub(super) struct ClipOptions {
     /// Clip of a GLB, by name or number; the first one otherwise.
     #[arg(long, value_name = "NAME|INDEX")]
     clip: Option<String>,
-    /// Frames a second at which a clip is sampled.
-    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse::positive)]
+    /// Frames a second at which a clip is sampled, 0.001 to 10000.
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = rate)]
     fps: f32,
+}
+
+fn rate(text: &str) -> Result<f32, String> {
+    let rate = parse::positive(text)?;
+    if (1e-3..=1e4).contains(&rate) {
+        return Ok(rate);
+    }
+    Err("from 0.001 to 10000 a second".into())
 }
 
 impl ClipOptions {

@@ -144,7 +144,7 @@ impl<'a> Tableau<'a> {
             Style::Mesh => surface = self.mesh(shot.frame)?,
             Style::Regions => {
                 let mesh = self.mesh(shot.frame)?;
-                surface = regions(&mesh, &level.labels, colours);
+                surface = regions(&mesh, &level.labels, colours)?;
             }
             Style::Skeleton => {
                 let share = (MANY / shape.balls.len() as f64).sqrt().min(1.0);
@@ -234,20 +234,20 @@ fn clay(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Surface> {
     })
 }
 
-fn regions(mesh: &Surface, labels: &[u32], colours: &[Vec3]) -> Surface {
+fn regions(mesh: &Surface, labels: &[u32], colours: &[Vec3]) -> Result<Surface> {
     let cut = render::cut_regions(
         &mesh.positions,
         &mesh.normals,
         labels,
         &mesh.triangles,
         colours,
-    );
-    Surface {
+    )?;
+    Ok(Surface {
         positions: cut.positions,
         normals: cut.normals,
         colours: cut.colours,
         triangles: cut.triangles,
-    }
+    })
 }
 
 fn extracted(skin: &Skin, upright: Quat) -> Result<Surface> {
