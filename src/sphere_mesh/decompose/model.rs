@@ -28,10 +28,10 @@ impl Decomposition {
         fps: f32,
     ) -> Result<Model> {
         self.fits(hierarchy, level, clips)?;
-        if !(fps > 0.0 && fps <= 1e4) {
+        if !(1e-4..=1e4).contains(&fps) {
             return Err(Error::argument(
                 "fps",
-                format!("{fps}, not above 0 and at most 10000"),
+                format!("{fps}, not from 0.0001 to 10000"),
             ));
         }
         let tree = Tree::new(hierarchy, level, self);
