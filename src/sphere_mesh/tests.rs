@@ -247,6 +247,13 @@ fn malformed_sequences_give_an_error_or_something_valid() {
         one(vec![corner.clone()], vec![[0, 1, 3]]),
         one(vec![corner.clone()], vec![[0, 1, 1]]),
         one(vec![vec![Vec3::ONE; 3]], vec![[0, 1, 2]]),
+        one(
+            vec![
+                corner.clone(),
+                corner.iter().map(|p| *p + Vec3::X * 1e7).collect(),
+            ],
+            vec![[0, 1, 2]],
+        ),
     ] {
         let error = build(&bad, &Options::default(), &|_| {}).unwrap_err();
         assert!(error.to_string().contains('x'), "{error}");
