@@ -890,7 +890,10 @@ typedef struct dm_sphere_mesh_options {
     uint32_t size;
     /* DM_SPHERE_MESH_ALLOW_INVERSION or 0. */
     uint32_t flags;
-    /* How much curved places count: curvature is clamped at this percentile, 0 to 100; below 0 area alone counts. */
+    /*
+     How much curved places count, 0 to 1: the power of 1 + BBD² (κ₁² + κ₂²) with which areas are weighted; at 0 area
+     alone counts.
+     */
     double curvature;
     /* Weight of temporal coherence against the planes', 0 to 1e9: from about 1 on spheres stay near the middle of their region. */
     double temporal;

@@ -19,7 +19,7 @@ const SAMPLES: usize = 50_000;
 /// Facets of the surface are this much smaller than the diagonal.
 const FINENESS: f64 = 160.0;
 
-/// Distances in % of the bounding box's diagonal of the frame.
+/// Distances in % of the bounding box's diagonal of the frame; of the sequence where the frame is a single point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distances {
     /// Greatest of all, in both directions.
@@ -51,7 +51,8 @@ impl Distances {
     }
 }
 
-/// The surface of a level in a frame, as loose triangles of at most 1/160 of the diagonal, in the sequence's units.
+/// The surface of a level in a frame, as loose triangles of at most 1/160 of the diagonal, in the sequence's units; its
+/// centres, as triangles without extent, where all that there is are points.
 pub fn surface_facets(
     hierarchy: &Hierarchy,
     level: &Level,
@@ -60,10 +61,12 @@ pub fn surface_facets(
 ) -> Vec<[DVec3; 3]> {
     let shape = Shape::new(hierarchy, level, frame);
     let size = hierarchy.diagonal / FINENESS;
-    match sheets {
+    let points: Vec<Facet> = shape.balls.iter().map(|ball| [ball.centre; 3]).collect();
+    let surface = match sheets {
         Sheets::Outer => outer(&shape, size),
         Sheets::Flat => flat(shape, size),
-    }
+    };
+    if surface.is_empty() { points } else { surface }
 }
 
 fn flat(mut shape: Shape, size: f64) -> Vec<Facet> {
@@ -86,7 +89,13 @@ pub fn distances(hierarchy: &Hierarchy, level: &Level, sheets: Sheets, frame: us
     let surface = surface_facets(hierarchy, level, sheets, frame);
     let points = (0..hierarchy.vertices as u32).map(position);
     let bounds = Bounds::of(points);
-    let percent = 100.0 / (bounds.high - bounds.low).length().max(f64::MIN_POSITIVE);
+    let diagonal = (bounds.high - bounds.low).length();
+    let percent = 100.0
+        / if diagonal > 0.0 {
+            diagonal
+        } else {
+            hierarchy.diagonal
+        };
     let there = Target::new(&surface).measure(&samples(&mesh));
     let back = Target::new(&mesh).measure(&middles(&surface));
     Distances {
@@ -112,9 +121,8 @@ fn samples(mesh: &[Facet]) -> Vec<Sample> {
     let of = |facet: &Facet| {
         let [a, b, c] = *facet;
         let area = area(facet);
-        let count = (area / total * SAMPLES as f64)
-            .ceil()
-            .clamp(1.0, SAMPLES as f64) as usize;
+        let share = if total > 0.0 { area / total } else { 0.0 };
+        let count = (share * SAMPLES as f64).ceil().clamp(1.0, SAMPLES as f64) as usize;
         let inner = (0..count).map(move |k| {
             // The R2 sequence, folded into the triangle; a single point is its centre.
             let (mut u, mut v) = (1.0 / 3.0, 1.0 / 3.0);
@@ -165,10 +173,10 @@ impl<'a> Target<'a> {
 
     fn measure(&self, samples: &[Sample]) -> Measured {
         // In order, so that neighbours tell each other where to look and the sum does not depend on threads.
-        let parts: Vec<[f64; 3]> = samples
+        let parts: Vec<[f64; 4]> = samples
             .par_chunks(1024)
             .map(|part| {
-                let mut sums = [0.0f64; 3];
+                let mut sums = [0.0f64; 4];
                 let (mut before, mut reach) = (None, f64::INFINITY);
                 for sample in part {
                     if let Some((at, distance)) = before {
@@ -181,20 +189,28 @@ impl<'a> Target<'a> {
                     sums[0] = sums[0].max(distance);
                     sums[1] += sample.area * distance;
                     sums[2] += sample.area;
+                    sums[3] += distance;
                 }
                 sums
             })
             .collect();
-        let sum = parts.iter().fold([0.0f64; 3], |[a, b, c], [x, y, z]| {
-            [a.max(*x), b + y, c + z]
-        });
+        let sum = parts
+            .iter()
+            .fold([0.0f64; 4], |[a, b, c, d], [x, y, z, w]| {
+                [a.max(*x), b + y, c + z, d + w]
+            });
         Measured {
             greatest: if self.facets.is_empty() || samples.is_empty() {
                 0.0
             } else {
                 sum[0]
             },
-            mean: if sum[2] > 0.0 { sum[1] / sum[2] } else { 0.0 },
+            // Points and lines have no area: all samples count alike then.
+            mean: if sum[2] > 0.0 {
+                sum[1] / sum[2]
+            } else {
+                sum[3] / samples.len().max(1) as f64
+            },
         }
     }
 }

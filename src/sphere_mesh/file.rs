@@ -18,6 +18,11 @@ const HEAD: usize = 8 + 5 * 8 + 5 * 8 + 8;
 /// Children, radius, four bytes of nothing, total.
 const MERGE: usize = 24;
 
+/// Neither do builds take smaller diagonals, nor greater than the inverse.
+const LEAST: f64 = 1e-30;
+/// No coordinate or radius is so many diagonals: single precision would hold nothing of the shape there.
+const GREATEST: f32 = 1e9;
+
 /// Rows, vertices, triangles, collapses, frames.
 type Counts = [usize; 5];
 
@@ -205,6 +210,9 @@ fn merge(bytes: &[u8; MERGE]) -> Merge {
 /// What a checksum does not prove.
 fn check(hierarchy: &Hierarchy) -> Parsed<()> {
     let vertices = hierarchy.vertices;
+    if hierarchy.vertex.is_empty() || hierarchy.triangles.is_empty() {
+        return refuse("topology", "it has no triangles");
+    }
     let mut rows = hierarchy
         .vertex
         .iter()
@@ -222,20 +230,28 @@ fn check(hierarchy: &Hierarchy) -> Parsed<()> {
                 );
             }
         }
-        if !(merge.radius >= 0.0 && merge.radius.is_finite() && merge.total.is_finite()) {
+        if !((0.0..=GREATEST).contains(&merge.radius) && merge.total.is_finite()) {
             return refuse(
                 "topology",
                 format!("collapse {k} has numbers that are out of range"),
             );
         }
     }
-    let size = hierarchy.diagonal;
-    let sized = hierarchy.origin.is_finite() && size.is_finite() && size > 0.0;
-    if !sized || !hierarchy.weight.is_finite() {
+    if !hierarchy.weight.is_finite() || hierarchy.weight < 0.0 {
         return refuse("head", "its numbers are out of range");
     }
-    if hierarchy.centres.iter().any(|x| !x.is_finite()) {
-        return refuse("spheres", "a centre is not finite");
+    let (centres, size) = (&hierarchy.centres, hierarchy.diagonal);
+    let far = |x: &f32| !(-GREATEST..=GREATEST).contains(x);
+    if let Some(bad) = centres.iter().position(far) {
+        let node = bad / (3 * hierarchy.frames);
+        return refuse("spheres", format!("the centre of {node} is out of range"));
+    }
+    // All that is computed of these numbers stays within single precision.
+    let far = centres.iter().fold(0.0f32, |far, x| far.max(x.abs()));
+    let reach = hierarchy.origin.abs().max_element() + f64::from(far) * size;
+    let near = hierarchy.origin.is_finite() && reach < 0.1 * f64::from(f32::MAX);
+    if !(near && size > LEAST && size < 1.0 / LEAST) {
+        return refuse("head", "its numbers are out of range");
     }
     Ok(())
 }
@@ -285,7 +301,7 @@ mod tests {
     #[test]
     fn numbers_that_lie_under_a_right_checksum_are_refused() {
         let good = built(&bending(1));
-        let changes: [fn(&mut Hierarchy); 8] = [
+        let changes: [fn(&mut Hierarchy); 17] = [
             |h| h.vertex[0] = u32::MAX,
             |h| h.triangles[3][1] = h.vertices as u32,
             |h| h.merges[5].children[0] = h.merges[5].children[1],
@@ -294,6 +310,15 @@ mod tests {
             |h| h.merges[2].total = f64::NAN,
             |h| h.centres[7] = f32::INFINITY,
             |h| h.diagonal = 0.0,
+            |h| h.diagonal = 1e-300,
+            |h| h.diagonal = 1e300,
+            |h| h.origin.y = 1e300,
+            |h| h.origin.y = f64::NAN,
+            |h| h.weight = -1.0,
+            |h| h.merges[2].radius = 3e38,
+            |h| h.centres[7] = -3e38,
+            |h| h.triangles.clear(),
+            |h| h.vertex.clear(),
         ];
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.dsm");

@@ -12,6 +12,9 @@ use crate::{
 /// Rows of one place in all frames are one vertex, up to this share of the bounding box's diagonal.
 const QUANTUM: f32 = 1e-6;
 
+/// Diagonals from the first frame: beyond, single precision holds next to nothing of the shape.
+const FARTHEST: f64 = 1e6;
+
 /// The welded vertices of a sequence in all frames, in units of [`Input::diagonal`] about [`Input::origin`].
 #[derive(Clone, Debug)]
 pub(super) struct Input {
@@ -77,6 +80,12 @@ impl Input {
             return refuse("no triangle has three distinct corners");
         }
         let origin = (boxes[0].0.as_dvec3() + boxes[0].1.as_dvec3()) * 0.5;
+        let far = |p: Vec3| (p.as_dvec3() - origin).abs().max_element() > FARTHEST * diagonal;
+        if let Some(frame) = boxes.iter().position(|&(l, h)| far(l) || far(h)) {
+            let reason = format!("it is more than {FARTHEST:e} diagonals from the first");
+            let element = format!("frame {frame}");
+            return Err(Error::asset(&sequence.path, element, reason));
+        }
         let frames = sequence.frames.len();
         let stride = frames.next_multiple_of(LANES);
         let mut positions = vec![0.0; mesh.positions.len() * 3 * stride];

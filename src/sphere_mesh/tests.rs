@@ -2,7 +2,10 @@
 
 use glam::{Quat, Vec3};
 
-use super::*;
+use super::{
+    Sheets::{Flat, Outer},
+    *,
+};
 
 /// A closed tube along x with rounded ends, `rings` × `around` vertices, bent by `turn` radians at its middle.
 pub(super) fn tube(rings: usize, around: usize, turn: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -208,6 +211,27 @@ fn seams_are_welded_where_they_stay_closed() {
 }
 
 #[test]
+fn a_level_that_is_a_point_is_as_far_as_the_point() {
+    let corners = [-3.0, 3.0].map(|x| Vec3::new(x, 0.0, 0.0));
+    let sequence = Sequence {
+        path: "x".into(),
+        frames: vec![vec![corners[0], corners[1], Vec3::Y * 4.0]],
+        triangles: vec![[0, 1, 2]],
+    };
+    let classic = build(&sequence, &Options::classic(), &|_| {}).unwrap();
+    let level = classic.level(1).unwrap();
+    let point = Shape::new(&classic, &level, 0).balls[0].centre;
+    let farthest = sequence.frames[0].iter();
+    let farthest = farthest
+        .map(|p| p.as_dvec3().distance(point))
+        .fold(0.0, f64::max);
+    let d = distances(&classic, &level, Flat, 0);
+    let percent = 100.0 / 52f64.sqrt();
+    assert!((d.hausdorff - percent * farthest).abs() < 1e-3, "{d:?}");
+    assert!(d.m12 > 0.1 * d.hausdorff && d.m12 < d.hausdorff, "{d:?}");
+}
+
+#[test]
 fn malformed_sequences_give_an_error_or_something_valid() {
     let one = |frames: Vec<Vec<Vec3>>, triangles: Vec<[u32; 3]>| Sequence {
         path: "x".into(),
@@ -223,6 +247,13 @@ fn malformed_sequences_give_an_error_or_something_valid() {
         one(vec![corner.clone()], vec![[0, 1, 3]]),
         one(vec![corner.clone()], vec![[0, 1, 1]]),
         one(vec![vec![Vec3::ONE; 3]], vec![[0, 1, 2]]),
+        one(
+            vec![
+                corner.clone(),
+                corner.iter().map(|p| *p + Vec3::X * 1e7).collect(),
+            ],
+            vec![[0, 1, 2]],
+        ),
     ] {
         let error = build(&bad, &Options::default(), &|_| {}).unwrap_err();
         assert!(error.to_string().contains('x'), "{error}");
@@ -270,6 +301,11 @@ fn malformed_sequences_give_an_error_or_something_valid() {
             );
             let level = hierarchy.level(least).unwrap().optimised(&hierarchy);
             assert_eq!(level.labels.len(), hierarchy.vertices);
+            for (frame, sheets) in (0..hierarchy.frames).flat_map(|f| [(f, Outer), (f, Flat)]) {
+                let d = distances(&hierarchy, &level, sheets, frame);
+                let all = [d.hausdorff, d.m12, d.m21];
+                assert!(all.iter().all(|x| x.is_finite()), "{all:?}");
+            }
         }
     }
     let wrong = Options {

@@ -83,13 +83,15 @@ pub fn load_sequence(path: &Path, room: Room) -> Result<Sequence> {
         return meshes(path, &[path.to_owned()], room);
     }
     let array = path.join("frames.npy");
-    if array.is_file() {
+    if array.symlink_metadata().is_ok() {
+        whole(&array)?;
         return array_of(path, &array, room);
     }
     let mut files = Vec::new();
     for entry in fs::read_dir(path).map_err(|e| Error::file(path, e))? {
         let file = entry.map_err(|e| Error::file(path, e))?.path();
-        if file.is_file() && is_surface(&file) {
+        if is_surface(&file) {
+            whole(&file)?;
             files.push(file);
         }
     }
@@ -99,6 +101,15 @@ pub fn load_sequence(path: &Path, room: Room) -> Result<Sequence> {
     }
     files.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
     meshes(path, &files, room)
+}
+
+/// A frame that cannot be read must not be missing without a word: what is named like one has to be a file.
+fn whole(path: &Path) -> Result<()> {
+    let found = fs::metadata(path).map_err(|e| Error::file(path, e))?;
+    if found.is_file() {
+        return Ok(());
+    }
+    Err(Error::asset(path, "file", "it is a folder or a device"))
 }
 
 fn array_of(folder: &Path, array: &Path, room: Room) -> Result<Sequence> {

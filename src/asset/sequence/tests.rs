@@ -132,3 +132,26 @@ fn names_are_ordered_as_people_count() {
         assert_eq!(natural(a, b), Ordering::Less, "{a} {b}");
     }
 }
+
+#[test]
+fn what_is_named_like_a_frame_but_is_no_file_is_refused() {
+    let dir = folder();
+    fs::remove_file(dir.path().join("frames.npy")).unwrap();
+    assert_eq!(load_sequence(dir.path(), ROOM).unwrap().frames.len(), 1);
+    for name in ["s.obj", "frames.npy"] {
+        let path = dir.path().join(name);
+        fs::create_dir(&path).unwrap();
+        let error = refusal(&dir);
+        assert!(
+            error.contains(name) && error.contains("it is a folder"),
+            "{error}"
+        );
+        fs::remove_dir(&path).unwrap();
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("missing", dir.path().join("t.ply")).unwrap();
+        let error = refusal(&dir);
+        assert!(error.contains("t.ply"), "{error}");
+    }
+}

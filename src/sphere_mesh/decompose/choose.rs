@@ -16,6 +16,9 @@ use crate::mesh::Csr;
 /// A choice replaces another where it lowers the vertex's error by more than this share.
 const GAIN: f64 = 0.1;
 
+/// Vertices whose problems, of up to [`MOST`] bones each, are in memory at once.
+const AT_ONCE: usize = 1 << 16;
+
 /// Spheres around each one, itself first: those next to it, then those next to these, at most [`MOST`].
 pub(super) fn around(near: &Csr, rings: usize) -> Vec<Vec<u32>> {
     let one = |sphere: usize| {
@@ -49,11 +52,10 @@ pub(super) fn choose(
     let width = state.skin.width;
     let wide = widen(&state.skin, around, labels);
     let smooth = filter.apply(&wide);
-    let errors = weights::errors(frames, state, &wide);
     let square = wide.width * wide.width;
-    let lists = (0..frames.vertices).into_par_iter().map(|v| {
+    let list = |v: usize, errors: &[f64]| {
         let problem = Problem {
-            errors: &errors[v * square..][..square],
+            errors,
             width: wide.width,
             hold: weights::GAMMA * frames.weight[v],
         };
@@ -83,8 +85,14 @@ pub(super) fn choose(
         } else {
             old.iter().map(|&k| (bones[k], now[k])).collect()
         }
-    });
-    let lists: Vec<Vec<(u32, f64)>> = lists.collect();
+    };
+    let mut lists: Vec<Vec<(u32, f64)>> = Vec::with_capacity(frames.vertices);
+    for first in (0..frames.vertices).step_by(AT_ONCE) {
+        let vertices = first..frames.vertices.min(first + AT_ONCE);
+        let errors = weights::errors(frames, state, &wide, vertices.clone());
+        let rows = vertices.into_par_iter().zip(errors.par_chunks(square));
+        lists.par_extend(rows.map(|(v, errors)| list(v, errors)));
+    }
     state.skin = Skin::new(width, &lists);
 }
 

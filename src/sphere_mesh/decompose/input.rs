@@ -47,7 +47,7 @@ pub(super) struct Frames {
     pub(super) clips: Vec<usize>,
     /// Sum of each vertex's areas over the frames.
     pub(super) weight: Vec<f64>,
-    /// Mean of the bounding boxes' diagonals, in units of the sphere-mesh's.
+    /// Mean of the bounding boxes' diagonals, in units of the sphere-mesh's; its, where all frames are points.
     pub(super) diagonal: f64,
 }
 
@@ -77,7 +77,11 @@ impl Frames {
                 .into_par_iter()
                 .map(weight)
                 .collect(),
-            diagonal: diagonals / frames.len() as f64 / hierarchy.diagonal,
+            diagonal: if diagonals > 0.0 {
+                diagonals / frames.len() as f64 / hierarchy.diagonal
+            } else {
+                1.0
+            },
             chunks,
         })
     }

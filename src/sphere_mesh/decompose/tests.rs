@@ -307,6 +307,16 @@ fn little_is_decomposed_as_well() {
         assert!(found.e_rms < 1e-2, "{spheres}: {}", found.e_rms);
         assert!(found.rest.iter().all(|p| p.is_finite()));
     }
+    let mut point = still.clone();
+    point.frames[0].fill(Vec3::ONE);
+    let (hierarchy, level) = opened(&still, 3);
+    let options = Decomposing::default();
+    let clips = [point];
+    let found = decompose(&hierarchy, &level, &clips, &options, &|_| {}).unwrap();
+    assert!(found.e_rms < 1e-2, "{}", found.e_rms);
+    for fps in [0.0, 1e-44, 1e30, f32::NAN] {
+        assert!(found.model(&hierarchy, &level, &clips, fps).is_err());
+    }
 }
 
 #[test]

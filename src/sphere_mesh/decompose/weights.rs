@@ -1,6 +1,8 @@
 //! Weights with motions and rest pose fixed: vertex by vertex, mixed from the animation's and the geometry's (2016,
 //! section 6.2).
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{
@@ -18,18 +20,24 @@ const GAMMA_ANIMATION: f64 = 1e-7;
 /// Vertices that share the motions of a chunk while these are at hand.
 const BLOCK: usize = 128;
 
-/// D of each vertex: D_kl = Σ_f μ (M_k p − x)·(M_l p − x). As weights sum to 1, wᵀ D w is the error of the vertex.
+/// D of each of some vertices: D_kl = Σ_f μ (M_k p − x)·(M_l p − x). As weights sum to 1, wᵀ D w is the error of the vertex.
 ///
 /// In this form nothing cancels: a vertex's distance to itself moved by one bone is small.
-pub(super) fn errors(frames: &Frames, state: &State, skin: &Skin) -> Vec<f64> {
+pub(super) fn errors(
+    frames: &Frames,
+    state: &State,
+    skin: &Skin,
+    vertices: Range<usize>,
+) -> Vec<f64> {
     let square = skin.width * skin.width;
-    let mut all = vec![0.0; skin.vertices() * square];
+    let first = vertices.start;
+    let mut all = vec![0.0; vertices.len() * square];
     let blocks = all.par_chunks_mut(BLOCK * square).enumerate();
     blocks.for_each(|(block, rows)| {
         let mut offs = vec![V4::default(); skin.width];
         for (chunk, motions) in frames.chunks.iter().zip(&state.motions) {
             for (k, row) in rows.chunks_exact_mut(square).enumerate() {
-                let v = block * BLOCK + k;
+                let v = first + block * BLOCK + k;
                 let (p, x, area) = (state.rest[v], chunk.position(v), chunk.area(v));
                 let bones = skin.bones(v);
                 for (off, bone) in offs.iter_mut().zip(bones) {
@@ -118,7 +126,7 @@ struct Best {
 
 /// One step of the weights; `smooth` are the filtered ones.
 pub(super) fn improve(frames: &Frames, state: &mut State, smooth: &[f64], kind: Weighting) {
-    let all = errors(frames, state, &state.skin);
+    let all = errors(frames, state, &state.skin, 0..frames.vertices);
     let skin = &state.skin;
     let width = skin.width;
     let gamma = match kind {

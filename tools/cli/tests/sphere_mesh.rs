@@ -318,3 +318,56 @@ fn segments_collide_with_a_level() {
     assert!(refused(&collide("0")).contains("s.npy: header"));
     assert!(!hits.exists());
 }
+
+#[test]
+fn no_file_that_is_read_or_written_is_replaced() {
+    let dir = tempfile::tempdir().unwrap();
+    let captured = sequence(dir.path(), 2);
+    let [dsm, glb, npy] = ["box.dsm", "rig.glb", "rays.npy"].map(|name| dir.path().join(name));
+    let [dsm, glb, npy] = [&dsm, &glb, &npy].map(|path| text(path));
+    good(&["sphere-mesh", "build", &captured, "-o", dsm]);
+    let rig = ["sphere-mesh", "rig", dsm, &captured, "--spheres", "2"];
+    good(&[&rig[..], &["-o", glb]].concat());
+    fs::write(npy, "rays").unwrap();
+    let before = [dsm, glb, npy].map(|path| fs::read(path).unwrap());
+    let again = dir.path().join("captured/../rig.glb");
+    let missing = dir.path().join("missing").join("report.json");
+    let (new, png) = (dir.path().join("new.glb"), dir.path().join("new.png"));
+    let (new, png) = (text(&new), text(&png));
+    let collide = [
+        "sphere-mesh",
+        "collide",
+        dsm,
+        "--spheres",
+        "2",
+        "--segments",
+        npy,
+    ];
+    let extract = ["sphere-mesh", "extract", dsm, "--spheres", "2"];
+    let render = ["sphere-mesh", "render", dsm, "--spheres", "2"];
+    let cases: [(&[&str], &[&str], &str); 8] = [
+        (&rig, &[glb, "-o", text(&again)], "rig.glb is read"),
+        (&rig, &["-o", new, "--json", new], "new.glb is the output"),
+        (&rig, &["-o", new, "--json", text(&missing)], "missing"),
+        (&collide, &["-o", npy], "rays.npy is read"),
+        (&collide, &["-o", dsm], "box.dsm is read"),
+        (&extract, &["-o", new, "--json", dsm], "box.dsm is read"),
+        (
+            &extract,
+            &["-o", new, "--json", new],
+            "new.glb is the output",
+        ),
+        (
+            &render,
+            &["-o", png, "--json", png],
+            "new.png is the output",
+        ),
+    ];
+    for (command, more, word) in cases {
+        let error = refused(&[command, more].concat());
+        assert!(error.contains(word), "{error}");
+    }
+    assert_eq!(before, [dsm, glb, npy].map(|path| fs::read(path).unwrap()));
+    let left = ["box.dsm", "captured", "rays.npy", "rig.glb"];
+    assert_eq!(names(dir.path()), left);
+}

@@ -1,6 +1,9 @@
 //! `dermis sphere-mesh build`: a sequence to a hierarchy of spheres.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use dermis::{
     Error, Result,
@@ -8,7 +11,7 @@ use dermis::{
 };
 use serde::Serialize;
 
-use super::{check_folder, peak_memory, source::Source};
+use super::{check_places, peak_memory, source::Source};
 use crate::{
     console::{self, Console},
     options::ReportOptions,
@@ -78,7 +81,9 @@ struct Seconds {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    check_folder(&args.output)?;
+    let inputs = args.source.files();
+    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+    check_places(&args.output, &inputs, &args.report)?;
     let begin = Instant::now();
     let sequence = args.source.load()?;
     let read = begin.elapsed().as_secs_f64();

@@ -12,7 +12,7 @@ use dermis::{
 };
 use serde::Serialize;
 
-use super::{InputFile, LevelOptions, check_folder, check_frame};
+use super::{InputFile, LevelOptions, check_frame, check_places};
 use crate::{
     console::{self, Console},
     options::ReportOptions,
@@ -67,7 +67,8 @@ struct Report {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    check_folder(&args.output)?;
+    let inputs = [args.input.file.as_path(), &args.segments];
+    check_places(&args.output, &inputs, &args.report)?;
     let sweeps: Vec<Sweep> = load_rows(&args.segments)?
         .iter()
         .map(Sweep::of_row)

@@ -10,7 +10,7 @@ use dermis::{
 };
 use serde::Serialize;
 
-use super::{InputFile, LevelOptions, check_folder, check_frame};
+use super::{InputFile, LevelOptions, check_frame, check_places};
 use crate::{
     console::{self, Console},
     options::ReportOptions,
@@ -82,7 +82,7 @@ struct Report {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
     let format = format(&args.output)?;
-    check_folder(&args.output)?;
+    check_places(&args.output, &[&args.input.file], &args.report)?;
     let hierarchy = args.input.load()?;
     check_frame(&hierarchy, args.frame)?;
     let level = args.level.open(&hierarchy)?;

@@ -109,6 +109,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let hierarchy = args.input.load()?;
     let level = args.level.open(&hierarchy)?;
     let open = begin.elapsed().as_secs_f64();
+    let against = args.against.as_deref().map(|path| {
+        let sequence = source::load(path, &args.clip)?;
+        check_same(&hierarchy, &sequence)?;
+        Ok::<_, Error>(sequence)
+    });
+    let against = against.transpose()?;
     let progress = Progress::new(&console);
     let frames = chosen(hierarchy.frames, args.frames);
     let begin = Instant::now();
@@ -116,16 +122,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let measured = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let (mut qem, mut qem_curvature) = (None, None);
-    if let Some(path) = &args.against {
-        let sequence = source::load(path, &args.clip)?;
-        check_same(&hierarchy, &sequence)?;
+    if let Some(sequence) = &against {
         let spheres = level.nodes.len();
         let compare = |curvature| {
             let options = Options {
                 curvature,
                 ..Options::classic()
             };
-            compare(&sequence, &options, spheres, &frames, &progress)
+            compare(sequence, &options, spheres, &frames, &progress)
         };
         qem = Some(compare(0.0)?);
         qem_curvature = Some(compare(Options::default().curvature)?);

@@ -19,6 +19,8 @@ use dermis::{
     sphere_mesh::{Hierarchy, Level},
 };
 
+use crate::options::ReportOptions;
+
 /// Approximate an animated mesh by animated spheres, joined by edges and triangles along which they are interpolated.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -118,6 +120,40 @@ fn check_folder(output: &Path) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// As [`check_folder`], for the output and the report; neither may replace the other, nor a file that is read.
+fn check_places(output: &Path, inputs: &[&Path], report: &ReportOptions) -> Result<()> {
+    check_folder(output)?;
+    let json = report.json.as_deref().filter(|&f| f != Path::new("-"));
+    if let Some(json) = json {
+        check_folder(json)?;
+        if place(json) == place(output) {
+            let reason = format!("{} is the output too", json.display());
+            return Err(Error::argument("--json", reason));
+        }
+    }
+    let reads = |file: &Path| inputs.iter().any(|&input| place(input) == place(file));
+    for (name, file) in [("--output", Some(output)), ("--json", json)] {
+        if let Some(file) = file.filter(|&f| f.is_file() && reads(f)) {
+            let reason = format!("{} is read: it would be replaced", file.display());
+            return Err(Error::argument(name, reason));
+        }
+    }
+    Ok(())
+}
+
+/// Where a file is or will be, whatever the way there.
+fn place(file: &Path) -> PathBuf {
+    let found = file.canonicalize().or_else(|e| match file.file_name() {
+        Some(name) => {
+            let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new(".")).canonicalize()?;
+            Ok(folder.join(name))
+        }
+        None => Err(e),
+    });
+    found.unwrap_or_else(|_| file.to_owned())
 }
 
 /// The frame must be one that the hierarchy has.

@@ -14,7 +14,7 @@ use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use super::{
-    InputFile, LevelOptions,
+    InputFile, LevelOptions, check_places,
     render::up,
     shower::{Shower, Stage, Weather},
 };
@@ -144,6 +144,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
     // Made before the work, so that an unwritable place is found at once.
     let gallery = Gallery::open(&args.output, args.force)?;
+    check_places(&args.output, &[&args.input.file], &args.report)?;
     let mut gallery = gallery.with_rows(args.moments.div_ceil(COLUMNS) as usize);
     let hierarchy = args.input.load()?;
     let level = args.level.open(&hierarchy)?;

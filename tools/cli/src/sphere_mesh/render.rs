@@ -9,7 +9,7 @@ use dermis::{
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
-use super::{Connectivity, InputFile, check_frame, tableau::Tableau};
+use super::{Connectivity, InputFile, check_frame, check_places, tableau::Tableau};
 use crate::{
     console::{self, Console},
     options::{DeviceOptions, ReportOptions},
@@ -183,6 +183,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
     // Made before the work, so that an unwritable place is found at once.
     let gallery = Gallery::open(&args.output, args.force)?;
+    check_places(&args.output, &[&args.input.file], &args.report)?;
     let hierarchy = args.input.load()?;
     let shots = shots(args, &hierarchy)?;
     let levels = counts(args, &hierarchy).into_iter();

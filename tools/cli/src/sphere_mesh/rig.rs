@@ -1,6 +1,9 @@
 //! `dermis sphere-mesh rig`: sequences to a skinned, animated character whose bones are the spheres of a level.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use dermis::{
     Error, Result,
@@ -10,7 +13,7 @@ use dermis::{
 use serde::Serialize;
 
 use super::{
-    InputFile, LevelOptions, check_folder,
+    InputFile, LevelOptions, check_places,
     source::{self, ClipOptions},
 };
 use crate::{
@@ -125,7 +128,9 @@ struct Joint {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let console = Console::new(&args.report);
-    check_folder(&args.output)?;
+    let sequences = args.sequences.iter().map(PathBuf::as_path);
+    let inputs: Vec<&Path> = sequences.chain([args.input.file.as_path()]).collect();
+    check_places(&args.output, &inputs, &args.report)?;
     check_output(&args.output)?;
     let begin = Instant::now();
     let hierarchy = args.input.load()?;
@@ -173,7 +178,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     console::json(&args.report, &report)
 }
 
-fn check_output(path: &std::path::Path) -> Result<()> {
+fn check_output(path: &Path) -> Result<()> {
     let extension = path.extension().and_then(|e| e.to_str());
     if extension.is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
         return Ok(());

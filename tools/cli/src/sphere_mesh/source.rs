@@ -46,6 +46,14 @@ impl ClipOptions {
 }
 
 impl Source {
+    /// The files that it may be read from.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        match std::fs::read_dir(&self.sequence) {
+            Ok(folder) => folder.flatten().map(|entry| entry.path()).collect(),
+            Err(_) => vec![self.sequence.clone()],
+        }
+    }
+
     pub(super) fn load(&self) -> Result<Sequence> {
         load(&self.sequence, &self.clip)
     }
