@@ -891,7 +891,7 @@ typedef struct dm_sphere_mesh_options {
     /* DM_SPHERE_MESH_ALLOW_INVERSION or 0. */
     uint32_t flags;
     /*
-     How much curved places count, 0 to 1: the power of 1 + BBD² (κ₁² + κ₂²) with which areas are weighted; at 0 area
+     How much curved places count, 0 to 1: the power of 1 + BBD^2 (k1^2 + k2^2) with which areas are weighted; at 0 area
      alone counts.
      */
     double curvature;

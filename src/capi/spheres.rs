@@ -48,7 +48,7 @@ pub struct dm_sphere_mesh_options {
     pub size: u32,
     /// DM_SPHERE_MESH_ALLOW_INVERSION or 0.
     pub flags: u32,
-    /// How much curved places count, 0 to 1: the power of 1 + BBD² (κ₁² + κ₂²) with which areas are weighted; at 0 area
+    /// How much curved places count, 0 to 1: the power of 1 + BBD^2 (k1^2 + k2^2) with which areas are weighted; at 0 area
     /// alone counts.
     pub curvature: f64,
     /// Weight of temporal coherence against the planes', 0 to 1e9: from about 1 on spheres stay near the middle of their region.

@@ -58,44 +58,16 @@ fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
 fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; N], f64)> {
     let n = free.len();
     let mut rows = [0; N];
-    let mut m = 0;
-    for k in (0..n).filter(|&k| free[k]) {
-        rows[m] = k;
-        m += 1;
-    }
+    let m = chosen(free, &mut rows);
     let mut lower = [[0.0; N]; N];
     let (mut x, mut y) = ([0.0; N], [1.0; N]);
-    for i in 0..m {
-        for j in 0..=i {
-            let mut sum = a[rows[i] * n + rows[j]];
-            let (before, row) = (&lower[j], &lower[i]);
-            let product = |(x, y): (&f64, &f64)| x * y;
-            sum -= row[..j].iter().zip(&before[..j]).map(product).sum::<f64>();
-            if i == j {
-                if sum.is_nan() || sum <= 0.0 {
-                    return None;
-                }
-                lower[i][i] = sum.sqrt();
-            } else {
-                lower[i][j] = sum / lower[j][j];
-            }
-        }
-        x[i] = b[rows[i]];
+    for (x, &row) in x.iter_mut().zip(&rows[..m]) {
+        *x = b[row];
     }
-    for side in [&mut x, &mut y] {
-        for i in 0..m {
-            for k in 0..i {
-                side[i] -= lower[i][k] * side[k];
-            }
-            side[i] /= lower[i][i];
-        }
-        for i in (0..m).rev() {
-            for k in i + 1..m {
-                side[i] -= lower[k][i] * side[k];
-            }
-            side[i] /= lower[i][i];
-        }
-    }
+    let lower = &mut lower.as_flattened_mut()[..m * m];
+    factor(a, n, &rows[..m], lower)?;
+    substitute(lower, &mut x[..m]);
+    substitute(lower, &mut y[..m]);
     let sum = |v: &[f64]| v[..m].iter().sum::<f64>();
     let multiplier = (1.0 - sum(&x)) / sum(&y);
     let mut target = [0.0; N];
@@ -103,6 +75,59 @@ fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64;
         target[rows[i]] = x[i] + multiplier * y[i];
     }
     multiplier.is_finite().then_some((target, multiplier))
+}
+
+/// Rows that are free, and their number.
+///
+/// Not inlined, nor are the loops below: where the compiler knows the greatest size it unrolls them one in another, for
+/// minutes and to no gain.
+#[inline(never)]
+fn chosen(free: &[bool], rows: &mut [usize]) -> usize {
+    let mut m = 0;
+    for k in (0..free.len()).filter(|&k| free[k]) {
+        rows[m] = k;
+        m += 1;
+    }
+    m
+}
+
+/// Cholesky's factor of some rows and columns of A, which has `n`; nothing where that is not positive definite.
+#[inline(never)]
+fn factor(a: &[f64], n: usize, rows: &[usize], lower: &mut [f64]) -> Option<()> {
+    let m = rows.len();
+    for i in 0..m {
+        for j in 0..=i {
+            let (row, before) = (&lower[i * m..][..j], &lower[j * m..][..j]);
+            let product = |(x, y): (&f64, &f64)| x * y;
+            let sum = a[rows[i] * n + rows[j]] - row.iter().zip(before).map(product).sum::<f64>();
+            if i != j {
+                lower[i * m + j] = sum / lower[j * m + j];
+            } else if sum > 0.0 {
+                lower[i * m + i] = sum.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    Some(())
+}
+
+/// Solves L Lᵀ x = x.
+#[inline(never)]
+fn substitute(lower: &[f64], x: &mut [f64]) {
+    let m = x.len();
+    for i in 0..m {
+        for k in 0..i {
+            x[i] -= lower[i * m + k] * x[k];
+        }
+        x[i] /= lower[i * m + i];
+    }
+    for i in (0..m).rev() {
+        for k in i + 1..m {
+            x[i] -= lower[k * m + i] * x[k];
+        }
+        x[i] /= lower[i * m + i];
+    }
 }
 
 #[cfg(test)]

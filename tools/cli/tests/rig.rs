@@ -142,8 +142,8 @@ fn a_captured_horse_lifts_its_leg() {
     good(&["sphere-mesh", "build", &gallop, "-o", dsm]);
     let result = report(&[dsm, &gallop, "--spheres", "46", "-o", glb]);
     // Dem Bones, 46 bones and 4 influences on the file's rest pose: 2.9.
-    assert!(result["e_rms"].as_f64().unwrap() < 1.7, "{result}");
-    assert!(result["mse"].as_f64().unwrap() < 1.5e-6, "{result}");
+    assert!(result["e_rms"].as_f64().unwrap() < 1.85, "{result}");
+    assert!(result["mse"].as_f64().unwrap() < 1.8e-6, "{result}");
 
     // The joint three above the front hoof.
     let joints = result["joints"].as_array().unwrap();
