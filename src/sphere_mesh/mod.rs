@@ -24,6 +24,8 @@ mod quadric;
 mod shape;
 mod solve;
 #[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
 mod tests;
 mod topology;
 mod tree;

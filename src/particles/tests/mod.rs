@@ -6,26 +6,8 @@ use glam::{DQuat, DVec3, Vec3};
 use super::*;
 use crate::{
     gpu::testing,
-    sphere_mesh::{Collider, Sweep},
+    sphere_mesh::{Collider, Sweep, testing::Chance},
 };
-
-/// Numbers from 0 to 1.
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point(&mut self, size: f64) -> DVec3 {
-        let mut at = || (2.0 * self.next() - 1.0) * size;
-        DVec3::new(at(), at(), at())
-    }
-}
 
 fn ball(x: f64, y: f64, z: f64, radius: f64) -> Ball {
     Ball {

@@ -1,24 +1,9 @@
 #![allow(clippy::unwrap_used)]
 
-use super::{super::shape::Solid, *};
-
-/// Numbers from 0 to 1.
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point(&mut self, size: f64) -> DVec3 {
-        let mut at = || (2.0 * self.next() - 1.0) * size;
-        DVec3::new(at(), at(), at())
-    }
-}
+use super::{
+    super::{shape::Solid, testing::Chance},
+    *,
+};
 
 fn ball(centre: DVec3, radius: f64) -> Ball {
     Ball { centre, radius }
