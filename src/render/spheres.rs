@@ -158,15 +158,5 @@ fn check_ball((row, ball): (usize, &Ball)) -> Result<()> {
 /// Spheres are such, and edges and triangles name those that there are.
 fn check(shape: &Shape) -> Result<()> {
     shape.balls.iter().enumerate().try_for_each(check_ball)?;
-    let count = shape.balls.len();
-    let outside = |rows: &[u32]| rows.iter().any(|&row| row as usize >= count);
-    let edge = shape.edges.iter().position(|e| outside(e));
-    let triangle = shape.triangles.iter().position(|t| outside(t));
-    let (name, rows): (_, &[u32]) = match (edge, triangle) {
-        (Some(i), _) => (format!("edge {i}"), &shape.edges[i]),
-        (None, Some(i)) => (format!("triangle {i}"), &shape.triangles[i]),
-        (None, None) => return Ok(()),
-    };
-    let reason = format!("{rows:?} of {count} spheres");
-    Err(Error::argument(name, reason))
+    shape.check_rows()
 }

@@ -105,7 +105,7 @@ impl Collider {
     /// with a sphere that is not there.
     pub fn new(shape: &Shape) -> Result<Self> {
         check_balls(&shape.balls)?;
-        check_ends(shape)?;
+        shape.check_rows()?;
         let pieces: Vec<Pieces> = shape.solids().into_iter().map(Pieces::new).collect();
         Ok(Self {
             bounds: pieces.iter().map(|p| p.bound).collect(),
@@ -267,20 +267,6 @@ fn size(balls: &[Ball]) -> f64 {
         ends[1] = ends[1].max(ball.centre + ball.radius);
     }
     (ends[1] - ends[0]).max(DVec3::ZERO).length()
-}
-
-/// # Errors
-/// [`Error::Argument`] naming a sphere that is not there.
-fn check_ends(shape: &Shape) -> Result<()> {
-    let ends = shape.edges.iter().flatten();
-    let count = shape.balls.len();
-    for &end in ends.chain(shape.triangles.iter().flatten()) {
-        if end as usize >= count {
-            let reason = format!("an edge or triangle has it, but there are {count} spheres");
-            return Err(Error::argument(format!("sphere {end}"), reason));
-        }
-    }
-    Ok(())
 }
 
 /// How a sweep begins.

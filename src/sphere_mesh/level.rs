@@ -78,6 +78,15 @@ impl Level {
         }
     }
 
+    /// Whether every row names something of the hierarchy; a level of another one may not.
+    pub(super) fn is_of(&self, hierarchy: &Hierarchy) -> bool {
+        let nodes = hierarchy.vertices + hierarchy.merges.len();
+        self.labels.len() == hierarchy.vertices
+            && self.near.len() == self.nodes.len()
+            && self.nodes.iter().all(|&n| (n as usize) < nodes)
+            && self.labels.iter().all(|&l| (l as usize) < self.nodes.len())
+    }
+
     /// The level with every vertex given to the nearest of its sphere and that sphere's neighbours, by the square of its
     /// distance to their surfaces over all frames, and joined anew (2016, section 4.3).
     ///

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{hierarchy::Hierarchy, level::Level, tree::Bounds};
+use crate::{Error, Result};
 
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +64,22 @@ impl Shape {
             let at = |frame| hierarchy.centre(node as usize, frame).as_dvec3();
             ball.centre = at(frame).lerp(at(next), part);
         }
+    }
+
+    /// # Errors
+    /// [`Error::Argument`] naming an edge or triangle with a sphere that is not there.
+    pub(crate) fn check_rows(&self) -> Result<()> {
+        let count = self.balls.len();
+        let outside = |rows: &[u32]| rows.iter().any(|&row| row as usize >= count);
+        let edge = self.edges.iter().position(|e| outside(e));
+        let triangle = self.triangles.iter().position(|t| outside(t));
+        let (name, rows): (_, &[u32]) = match (edge, triangle) {
+            (Some(i), _) => (format!("edge {i}"), &self.edges[i]),
+            (None, Some(i)) => (format!("triangle {i}"), &self.triangles[i]),
+            (None, None) => return Ok(()),
+        };
+        let reason = format!("{rows:?} of {count} spheres");
+        Err(Error::argument(name, reason))
     }
 
     /// Spheres of each solid, the last one repeated, and how many; lone spheres are among them, all others are the ends of some

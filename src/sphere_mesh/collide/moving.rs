@@ -2,7 +2,7 @@
 
 use super::{
     super::shape::{Ball, Shape, Solid},
-    check_balls, check_ends,
+    check_balls,
     pieces::Pieces,
 };
 use crate::{Error, Result, layout::particles::Primitive};
@@ -25,7 +25,7 @@ impl Moving {
     /// # Errors
     /// As [`Collider::new`](super::Collider::new); [`Error::Argument`] for spheres that single precision cannot hold.
     pub fn new(shape: &Shape) -> Result<Self> {
-        check_ends(shape)?;
+        shape.check_rows()?;
         let mut moving = Self {
             rows: shape.rows(),
             before: shape.balls.clone(),

@@ -376,10 +376,13 @@ fn what_cannot_be_tested_is_refused() {
     bad[1].triangles.push([0, 0, 7]);
     bad[2].balls[0].radius = -1.0;
     bad[3].balls[0].centre.z = f64::NAN;
-    for (shape, named) in bad
-        .iter()
-        .zip(["sphere 1", "sphere 7", "sphere 0", "sphere 0"])
-    {
+    let names = [
+        "edge 0: [0, 1] of 1 ",
+        "triangle 0: [0, 0, 7] of 1 ",
+        "sphere 0",
+        "sphere 0",
+    ];
+    for (shape, named) in bad.iter().zip(names) {
         let error = Collider::new(shape).unwrap_err().to_string();
         assert!(error.starts_with(named), "{error}");
     }

@@ -90,7 +90,10 @@ pub struct Decomposition {
     pub converged: bool,
 }
 
-fn check(options: &Decomposing, level: &Level) -> Result<()> {
+fn check(options: &Decomposing, hierarchy: &Hierarchy, level: &Level) -> Result<()> {
+    if !level.is_of(hierarchy) {
+        return Err(Error::argument("level", "made from another sphere-mesh"));
+    }
     if !(1..=simplex::MOST).contains(&options.influences) {
         let reason = format!("{}, not from 1 to {}", options.influences, simplex::MOST);
         return Err(Error::argument("influences", reason));
@@ -111,7 +114,7 @@ fn check(options: &Decomposing, level: &Level) -> Result<()> {
 /// Decomposes clips of the mesh that `hierarchy` was built from; they share one rest pose, and weights.
 ///
 /// # Errors
-/// [`Error::Argument`] for options out of range; [`Error::Asset`] naming clip and frame, vertex or triangle where a clip is
+/// [`Error::Argument`] for options out of range and a level of another sphere-mesh; [`Error::Asset`] naming clip and frame, vertex or triangle where a clip is
 /// not of that mesh or has a position that is not finite.
 pub fn decompose(
     hierarchy: &Hierarchy,
@@ -120,7 +123,7 @@ pub fn decompose(
     options: &Decomposing,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Decomposition> {
-    check(options, level)?;
+    check(options, hierarchy, level)?;
     let frames = Frames::new(hierarchy, clips)?;
     let unit = |p: Vec3| (p.as_dvec3() - hierarchy.origin) / hierarchy.diagonal;
     let centre = |&node: &u32| unit(hierarchy.centre(node as usize, 0));

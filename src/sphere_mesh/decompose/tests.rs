@@ -379,4 +379,14 @@ fn clips_of_another_mesh_and_bad_options_are_refused() {
     }
     let none = decompose(&hierarchy, &level, &[], &Decomposing::default(), &|_| {});
     assert!(none.is_err());
+    let (_, others) = opened(&two_bones(2, 0.1), 4);
+    let wrong = decompose(
+        &hierarchy,
+        &others,
+        &clips,
+        &Decomposing::default(),
+        &|_| {},
+    );
+    let error = wrong.unwrap_err().to_string();
+    assert!(error.starts_with("level: "), "{error}");
 }
