@@ -194,7 +194,7 @@ impl PoseUpload {
         let posed = statics
             .order
             .iter()
-            .map(|row| to_model(rig, pose, *row as usize));
+            .map(|row| to_model(rig, statics, pose, *row as usize));
         let (low, high) = posed
             .clone()
             .map(|m| extent(&m))
@@ -217,13 +217,16 @@ impl PoseUpload {
                 tile: pack(layout.tile(row)) | motion << 24,
                 link: statics.links[i],
                 first_cell: pack(cell(first).to_array()) | since_rest << 24,
-                last_cell: pack_last_cell(cell(last).to_array(), rig.fields[row as usize].joint),
+                last_cell: pack_last_cell(
+                    cell(last).to_array(),
+                    statics.carried[row as usize].joint as u16,
+                ),
             };
             let at = head + i * size_of::<FieldPose>();
             self.fields[at..at + size_of::<FieldPose>()].copy_from_slice(bytes_of(&field));
         }
-        let scales = rig
-            .fields
+        let scales = statics
+            .carried
             .iter()
             .map(|f| pose.matrices[f.joint as usize].determinant().abs().cbrt());
         let scale = if fields == 0 {
@@ -251,7 +254,7 @@ impl PoseUpload {
         pose: &Pose,
         row: usize,
     ) -> [u32; 2] {
-        let mut motions = self.motions[rig.fields[row].joint as usize];
+        let mut motions = self.motions[statics.carried[row].joint as usize];
         if let Some(p) = rig.primitive(row) {
             for (motion, since) in motions.iter_mut().zip([before, None]) {
                 if p.changes(&rig.skeleton, since, pose, statics.still) {
@@ -264,15 +267,15 @@ impl PoseUpload {
 }
 
 /// Box coordinates → model space of a posed field; a primitive swells in rest space before its joint carries it.
-fn to_model(rig: &Rig, pose: &Pose, row: usize) -> Mat4 {
-    let field = &rig.fields[row];
+fn to_model(rig: &Rig, statics: &Statics, pose: &Pose, row: usize) -> Mat4 {
+    let field = &statics.carried[row];
     let joint = pose.matrices[field.joint as usize];
     match rig.primitive(row) {
         Some(p) => {
             let swell = p.matrix(p.stretch_in(&rig.skeleton, pose));
-            joint * swell * field.bounds.to_rest()
+            joint * swell * field.to_rest
         }
-        None => joint * field.bounds.to_rest(),
+        None => joint * field.to_rest,
     }
 }
 
@@ -288,7 +291,7 @@ fn put_changes(from: &Pose, to: &Pose, changes: &mut Pose) {
 /// For every joint the first joint's field that moves as it does anywhere on the character.
 fn motions(rig: &Rig, statics: &Statics, pose: &Pose) -> impl Iterator<Item = u32> {
     let (reach, still) = (statics.reach, statics.still);
-    let of_field = |i: usize| &pose.matrices[rig.fields[i].joint as usize];
+    let of_field = |i: usize| &pose.matrices[statics.carried[i].joint as usize];
     pose.matrices.iter().map(move |joint| {
         let still = still_in(joint, still);
         let as_one = |i: &usize| moves_as(joint, of_field(*i), reach, still);

@@ -5,7 +5,7 @@ mod flesh;
 use std::collections::BTreeMap;
 
 use bytemuck::{Pod, cast_slice};
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 
 use super::{
     Kind, Method, Resource, Settings,
@@ -31,6 +31,14 @@ pub(super) fn reached(iso: f32) -> bool {
     iso > REACHED
 }
 
+/// How a field follows a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carried {
+    pub(super) joint: u32,
+    /// Box coordinates → rest space.
+    pub(super) to_rest: Mat4,
+}
+
 /// Initial words of every buffer, and how the fields are linked.
 #[derive(Debug, Default)]
 pub(super) struct Statics {
@@ -43,6 +51,8 @@ pub(super) struct Statics {
     parts: BTreeMap<u32, usize>,
     /// Row of the rig's field of every posed field.
     pub(super) order: Vec<u32>,
+    /// The rig's fields, a row each: a rig has far more of them than poses need.
+    pub(super) carried: Vec<Carried>,
     /// [`crate::layout::FieldPose::link`] of every posed field.
     pub(super) links: Vec<u32>,
     /// Greatest distance of a vertex from the origin, in rest units.
@@ -51,6 +61,14 @@ pub(super) struct Statics {
     pub(super) still: f32,
     /// Operators with a volume, in the order of their numbers (from 1).
     pub(super) operators: Vec<Operator>,
+}
+
+fn carried(rig: &Rig) -> Vec<Carried> {
+    let fields = rig.fields.iter().map(|field| Carried {
+        joint: u32::from(field.joint),
+        to_rest: field.bounds.to_rest(),
+    });
+    fields.collect()
 }
 
 impl Statics {
@@ -70,6 +88,7 @@ impl Statics {
             },
             ..Self::default()
         };
+        s.carried = carried(rig);
         s.mesh(rig);
         s.influences(rig);
         s.flesh(rig);

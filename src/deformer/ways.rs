@@ -20,9 +20,7 @@ use crate::{
 pub(super) struct Way {
     pub(super) steps: Substeps,
     start: Pose,
-    /// End of the sub-step before.
-    last: Pose,
-    /// What the skin followed then.
+    /// What the skin followed before the sub-step: the end of the one before, at first its rest or the pose that it had.
     before: Pose,
     half: Pose,
     /// End of the sub-step; after the last one, of the way.
@@ -36,7 +34,6 @@ impl Way {
         Self {
             steps: Substeps::default(),
             start: room(),
-            last: room(),
             before: room(),
             half: room(),
             end: room(),
@@ -56,7 +53,6 @@ impl Way {
                 put_at_root(rig, pose, &mut self.start);
             }
         }
-        self.last.clone_from(&self.start);
         self.steps = Substeps::new(&rig.skeleton, settings, &self.start, pose);
     }
 
@@ -68,14 +64,14 @@ impl Way {
     /// Goes on to a sub-step towards a pose.
     fn go_on(&mut self, skeleton: &Skeleton, step: u32, pose: &Pose) -> Result<()> {
         if step > 1 {
-            self.last.clone_from(&self.end);
             self.before.clone_from(&self.end);
         }
         let ends = [&self.start, pose];
         self.steps.put_pose(skeleton, ends, step, &mut self.end)?;
         if self.steps.halves {
-            self.half
-                .put_between(skeleton, &self.last, &self.end, 0.5)?;
+            // What the skin followed before, unless that was its rest.
+            let last = if step > 1 { &self.before } else { &self.start };
+            self.half.put_between(skeleton, last, &self.end, 0.5)?;
         }
         Ok(())
     }
