@@ -2,43 +2,17 @@
 
 use std::{ffi::CString, sync::Arc};
 
-use ash::vk;
-
 use super::{
     Frame, FrameBuilder, SlotState,
-    builder::{Copy, Extent, Fill, Pass, Resource, Step, Work},
+    builder::{Copy, Extent, Pass, Resource, Step, Work},
     hazard::{Hazards, Uses},
     profile::Turns,
+    program::{self, Buffers, Built, Command, Dispatch, Program, Reach},
 };
 use crate::{
     Error, Result,
-    gpu::{Access, Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Pipeline, Target},
+    gpu::{Access, Buffer, Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Pipeline, Target},
 };
-
-/// A step ready to be recorded.
-pub(super) struct Built {
-    pub(super) name: String,
-    /// Number of the name, in order of first appearance.
-    pub(super) name_row: u32,
-    pub(super) label: CString,
-    pub(super) command: Command,
-    pub(super) uses: Vec<(usize, Uses)>,
-}
-
-pub(super) enum Command {
-    Dispatch(Dispatch),
-    Fill(Fill),
-    Copy(Copy),
-}
-
-pub(super) struct Dispatch {
-    pub(super) pipeline: Arc<Pipeline>,
-    /// One a slot.
-    pub(super) sets: [Option<vk::DescriptorSet>; FRAMES_IN_FLIGHT],
-    pub(super) constants: Vec<u8>,
-    pub(super) index_at: Option<usize>,
-    pub(super) extent: Extent,
-}
 
 pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     if let Some(error) = builder.error {
@@ -64,51 +38,57 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     let mut descriptors =
         Descriptors::new(&gpu.shared, &name, &pipelines, FRAMES_IN_FLIGHT as u32)?;
     let mut pipelines = pipelines.into_iter();
-    let names = name_rows(&steps);
-    let steps = steps.into_iter().zip(&names).map(|(step, name_row)| {
-        let Step {
-            name,
-            label,
-            work,
-            uses,
-        } = step;
-        let command = match work {
-            Work::Fill(fill) => Command::Fill(fill),
-            Work::Copy(copy) => Command::Copy(copy),
-            Work::Pass(pass) => Command::Dispatch(dispatch(
-                pass,
-                pipelines.next(),
-                descriptors.as_mut(),
-                &resources,
-            )?),
+    let (names, rows) = names(&steps);
+    let mut program = Program::default();
+    for (step, name_row) in steps.into_iter().zip(&rows) {
+        let command = match step.work {
+            Work::Fill(fill) => Command::Fill(program::Fill {
+                to: buffers(&resources, fill.to)?,
+                offset: fill.offset,
+                bytes: fill.bytes,
+                value: fill.value,
+            }),
+            Work::Copy(copy) => Command::Copy(program.copy(copy, &resources)?),
+            Work::Pass(pass) => {
+                let (pipeline, descriptors) = (pipelines.next(), descriptors.as_mut());
+                Command::Dispatch(program.dispatch(pass, pipeline, descriptors, &resources)?)
+            }
         };
-        let label = CString::new(label).map_err(|e| Error::argument(&*name, e.to_string()))?;
-        Ok(Built {
-            name: name.into_owned(),
+        let label = CString::new(step.label).map_err(|e| Error::argument(&*name, e.to_string()))?;
+        let mapped = step
+            .uses
+            .iter()
+            .filter(|u| resources[u.0 as usize].is_mapped());
+        let mapped = mapped.fold(Uses::default(), |all, u| all.with(u.1.writes()));
+        let first = program.uses.len() as u32;
+        program.uses.extend(step.uses);
+        program.steps.push(Built {
+            command,
+            uses: first..program.uses.len() as u32,
+            mapped,
             name_row: *name_row,
             label,
-            command,
-            uses,
-        })
-    });
-    let steps: Vec<_> = steps.collect::<Result<_>>()?;
-    let slot = || SlotState::new(Commands::new(&gpu.shared, &name)?, steps.len());
+        });
+    }
+    let count = program.steps.len();
+    let slot = || SlotState::new(Commands::new(&gpu.shared, &name)?, count);
     let slots = [slot()?, slot()?];
     Ok(Frame {
         label: CString::new(&*name).map_err(|e| Error::argument(&*name, e.to_string()))?,
         all: [super::Span {
-            steps: 0..steps.len(),
+            steps: 0..count,
             index: 0,
         }],
         profile: None,
-        turns: Turns::new(&names),
+        turns: Turns::new(&rows),
         turn: 0,
         hazards: Hazards::new(resources.len()),
-        harvest: super::timings::Stamps::with_capacity(steps.len()),
+        harvest: super::timings::Stamps::with_capacity(count),
         next: 0,
         begun: None,
         slots,
-        steps,
+        program,
+        names,
         name,
         _descriptors: descriptors,
         resources,
@@ -116,17 +96,27 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     })
 }
 
-/// Numbers of the steps' names, in order of first appearance.
-fn name_rows(steps: &[Step]) -> Vec<u32> {
-    let mut names = Vec::new();
+/// The steps' names in order of first appearance, and each step's number in them.
+fn names(steps: &[Step]) -> (Vec<String>, Vec<u32>) {
+    let mut names: Vec<String> = Vec::new();
     let row = |step: &Step| {
         let row = names.iter().position(|name| *name == step.name);
         row.unwrap_or_else(|| {
-            names.push(step.name.clone());
+            names.push(step.name.clone().into_owned());
             names.len() - 1
         }) as u32
     };
-    steps.iter().map(row).collect()
+    let rows = steps.iter().map(row).collect();
+    (names, rows)
+}
+
+/// The buffer that each slot uses of a resource.
+fn buffers(resources: &[Resource], row: usize) -> Result<Buffers> {
+    let raw = |slot| resources[row].buffer(slot).map(Buffer::raw);
+    match (raw(0), raw(1)) {
+        (Some(a), Some(b)) => Ok([a, b]),
+        _ => Err(Error::argument(resources[row].name(), "no buffer")),
+    }
 }
 
 /// What the builder could not know before the pipeline was there.
@@ -182,33 +172,65 @@ pub(super) fn check_groups(gpu: &Gpu, pass: &'static str, groups: [u32; 3]) -> R
     Err(Error::Pass { pass, reason })
 }
 
-fn dispatch(
-    pass: Pass,
-    pipeline: Option<Arc<Pipeline>>,
-    descriptors: Option<&mut Descriptors>,
-    resources: &[Resource],
-) -> Result<Dispatch> {
-    let (Some(pipeline), Some(extent)) = (pipeline, pass.extent) else {
-        return Err(Error::Pass {
-            pass: pass.declaration.name,
-            reason: "it has no pipeline or extent".into(),
-        });
-    };
-    let mut sets = [None; FRAMES_IN_FLIGHT];
-    if let Some(descriptors) = descriptors.filter(|_| !pass.bound.is_empty()) {
-        for (slot, set) in sets.iter_mut().enumerate() {
-            let bound = pass.bound.iter().flatten().map(|r| &resources[*r]);
-            let targets: Vec<_> = bound.map(|r| target(r, slot)).collect();
-            *set = Some(descriptors.set(&pipeline, &targets)?);
+impl Program {
+    /// Adds the constants.
+    fn dispatch(
+        &mut self,
+        pass: Pass,
+        pipeline: Option<Arc<Pipeline>>,
+        descriptors: Option<&mut Descriptors>,
+        resources: &[Resource],
+    ) -> Result<Dispatch> {
+        let (Some(pipeline), Some(extent)) = (pipeline, pass.extent) else {
+            return Err(Error::Pass {
+                pass: pass.declaration.name,
+                reason: "it has no pipeline or extent".into(),
+            });
+        };
+        let mut sets = [None; FRAMES_IN_FLIGHT];
+        if let Some(descriptors) = descriptors.filter(|_| !pass.bound.is_empty()) {
+            for (slot, set) in sets.iter_mut().enumerate() {
+                let bound = pass.bound.iter().flatten().map(|r| &resources[*r]);
+                let targets: Vec<_> = bound.map(|r| target(r, slot)).collect();
+                *set = Some(descriptors.set(&pipeline, &targets)?);
+            }
         }
+        let extent = match extent {
+            Extent::Groups(groups) => program::Extent::Groups(groups),
+            Extent::Indirect(row, at) => program::Extent::Indirect(buffers(resources, row)?, at),
+        };
+        let first = self.constants.len() as u32;
+        self.constants.extend(pass.constants);
+        Ok(Dispatch {
+            bound: pipeline.bound(),
+            pipeline,
+            sets,
+            constants: first..self.constants.len() as u32,
+            index_at: pass.index_at.map(|byte| byte as u32),
+            extent,
+        })
     }
-    Ok(Dispatch {
-        pipeline,
-        sets,
-        constants: pass.constants,
-        index_at: pass.index_at,
-        extent,
-    })
+
+    /// Adds how far it may go.
+    fn copy(&mut self, copy: Copy, resources: &[Resource]) -> Result<program::Copy> {
+        let ends = [copy.from, copy.to].into_iter().zip(copy.strides);
+        for (resource, stride) in ends {
+            let room = resources[resource].bytes() - copy.bytes;
+            if let Some(last) = room.checked_div(stride) {
+                self.reaches.push(Reach {
+                    step: self.steps.len(),
+                    resource,
+                    last: u32::try_from(last).unwrap_or(u32::MAX),
+                });
+            }
+        }
+        Ok(program::Copy {
+            from: buffers(resources, copy.from)?,
+            to: buffers(resources, copy.to)?,
+            bytes: copy.bytes,
+            strides: copy.strides,
+        })
+    }
 }
 
 fn target(resource: &Resource, slot: usize) -> Target {

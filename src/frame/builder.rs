@@ -4,7 +4,10 @@ use std::{borrow::Cow, collections::HashMap};
 
 use ash::vk::{self, Handle};
 
-use super::{Frame, build, hazard::Uses};
+use super::{
+    Frame, build,
+    hazard::{Use, Uses},
+};
 use crate::{
     Error, Result,
     gpu::{Access, Buffer, Declaration, Gpu, Image3d, Ring},
@@ -117,7 +120,7 @@ pub(super) struct Step {
     pub(super) label: String,
     pub(super) work: Work,
     /// Resources, each once.
-    pub(super) uses: Vec<(usize, Uses)>,
+    pub(super) uses: Vec<Use>,
 }
 
 pub(super) enum Work {
@@ -228,7 +231,11 @@ impl FrameBuilder {
             bytes,
             value,
         };
-        self.push("fill", Work::Fill(fill), vec![(to, Uses::TRANSFER_WRITE)]);
+        self.push(
+            "fill",
+            Work::Fill(fill),
+            vec![(to as u32, Uses::TRANSFER_WRITE)],
+        );
         let label = format!("fill {}", self.resources[to].name());
         self.label(&label);
     }
@@ -256,7 +263,11 @@ impl FrameBuilder {
             let reason = format!("{bytes} bytes, where two buffers and 1 to {most} are needed");
             self.fail(Error::argument(&label, reason));
         }
-        let uses = vec![(from, Uses::TRANSFER_READ), (to, Uses::TRANSFER_WRITE)];
+        let rows = [from as u32, to as u32];
+        let uses = vec![
+            (rows[0], Uses::TRANSFER_READ),
+            (rows[1], Uses::TRANSFER_WRITE),
+        ];
         let copy = Copy {
             from,
             to,
@@ -276,7 +287,7 @@ impl FrameBuilder {
         build::build(self)
     }
 
-    fn push(&mut self, name: &'static str, work: Work, uses: Vec<(usize, Uses)>) {
+    fn push(&mut self, name: &'static str, work: Work, uses: Vec<Use>) {
         let (name, label) = (Cow::Borrowed(name), name.to_owned());
         self.steps.push(Step {
             name,
@@ -431,9 +442,10 @@ impl PassBuilder<'_> {
         let Some(step) = self.frame.steps.last_mut() else {
             return;
         };
-        match step.uses.iter_mut().find(|u| u.0 == resource) {
+        let row = resource as u32;
+        match step.uses.iter_mut().find(|u| u.0 == row) {
             Some(known) => known.1 = known.1.with(uses),
-            None => step.uses.push((resource, uses)),
+            None => step.uses.push((row, uses)),
         }
     }
 

@@ -95,6 +95,9 @@ impl std::fmt::Debug for Uses {
     }
 }
 
+/// Row of a resource, and what a step does with it.
+pub(super) type Use = (u32, Uses);
+
 /// A memory barrier over all resources: what `from` did is done and seen before `to` begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Barrier {
@@ -148,11 +151,11 @@ impl Hazards {
         }
     }
 
-    /// The barrier that has to come before a step with these uses (a resource a row, each resource once).
-    pub(super) fn step(&mut self, uses: &[(usize, Uses)]) -> Option<Barrier> {
+    /// The barrier that has to come before a step with these uses (each resource once).
+    pub(super) fn step(&mut self, uses: &[Use]) -> Option<Barrier> {
         let mut barrier = Barrier::default();
         for (row, uses) in uses {
-            let hazard = self.hazard(*row, *uses);
+            let hazard = self.hazard(*row as usize, *uses);
             barrier.from = barrier.from.with(hazard.from);
             barrier.to = barrier.to.with(hazard.to);
         }
@@ -161,7 +164,7 @@ impl Hazards {
             self.pass(barrier);
         }
         for (row, uses) in uses {
-            self.use_for(*row, *uses);
+            self.use_for(*row as usize, *uses);
         }
         needed.then_some(barrier)
     }
@@ -217,7 +220,7 @@ mod tests {
     const WRITE: Uses = Uses::SHADER_WRITE;
 
     /// Barriers of a chain of steps.
-    fn derive(steps: &[&[(usize, Uses)]]) -> Vec<Option<Barrier>> {
+    fn derive(steps: &[&[Use]]) -> Vec<Option<Barrier>> {
         let mut hazards = Hazards::new(8);
         steps.iter().map(|s| hazards.step(s)).collect()
     }
@@ -349,7 +352,7 @@ mod tests {
             let mut hazards = Hazards::new(4);
             let steps: Vec<_> = (0..12)
                 .map(|_| {
-                    let (a, b) = (random(2), 2 + random(2));
+                    let (a, b) = (random(2) as u32, 2 + random(2) as u32);
                     [(a, kinds[random(7)]), (b, kinds[random(7)])]
                 })
                 .collect();
@@ -368,7 +371,7 @@ mod tests {
     /// Conflicting uses of two steps have a chain of barriers between them: a direct one, or through conflicting uses of
     /// the same resource in between (which are themselves checked).
     fn is_ordered(
-        steps: &[[(usize, Uses); 2]],
+        steps: &[[Use; 2]],
         barriers: &[Option<Barrier>],
         earlier: usize,
         later: usize,

@@ -30,9 +30,8 @@ impl Frame {
         };
         let walk = Walk {
             label: &self.label,
-            steps: &self.steps,
+            program: &self.program,
             hazards: &mut self.hazards,
-            resources: &self.resources,
             slot,
             watch,
         };

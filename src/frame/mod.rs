@@ -10,6 +10,7 @@ mod ceiling;
 mod hazard;
 mod hosted;
 mod profile;
+mod program;
 mod replay;
 mod stamp;
 mod timings;
@@ -22,15 +23,15 @@ pub use ceiling::CeilingMeter;
 pub use replay::{LEAST_PLACES, ReplayMeter};
 pub use stamp::StampMeter;
 
-use build::{Built, Command, Dispatch};
-use builder::{Extent, Resource};
-use hazard::{Hazards, Uses};
+use builder::Resource;
+use hazard::Hazards;
 use profile::{Interval, Plan, Stopwatch, Turns};
+use program::{Command, Dispatch, Extent, Program, Reach, Walk};
 use timings::Stamps;
 
 use crate::{
     Error, Result,
-    gpu::{Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Recorder, Scope, Timestamps},
+    gpu::{Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Timestamps},
 };
 
 /// A run of steps in a submission.
@@ -46,7 +47,9 @@ pub struct Span {
 pub struct Frame {
     name: String,
     label: CString,
-    steps: Vec<Built>,
+    program: Program,
+    /// Names of steps, in order of first appearance.
+    names: Vec<String>,
     all: [Span; 1],
     hazards: Hazards,
     slots: [SlotState; FRAMES_IN_FLIGHT],
@@ -201,16 +204,16 @@ impl Frame {
         constants: &T,
     ) -> Result<()> {
         let bytes = bytemuck::bytes_of(constants);
-        let dispatch = self.dispatch(step)?;
-        if bytes.len() != dispatch.constants.len() {
+        let range = self.dispatch(step)?.constants();
+        if bytes.len() != range.len() {
             let reason = format!(
                 "{} bytes of push constants, not {}",
-                dispatch.constants.len(),
+                range.len(),
                 bytes.len()
             );
             return Err(Error::argument(format!("step {step}"), reason));
         }
-        dispatch.constants.copy_from_slice(bytes);
+        self.program.constants[range].copy_from_slice(bytes);
         Ok(())
     }
 
@@ -227,7 +230,7 @@ impl Frame {
     }
 
     fn dispatch(&mut self, step: usize) -> Result<&mut Dispatch> {
-        match self.steps.get_mut(step).map(|s| &mut s.command) {
+        match self.program.steps.get_mut(step).map(|s| &mut s.command) {
             Some(Command::Dispatch(dispatch)) => Ok(dispatch),
             _ => Err(Error::argument(
                 format!("step {step}"),
@@ -242,9 +245,11 @@ impl Frame {
     }
 
     fn count(&self, spans: &[Span]) -> Result<u32> {
-        let wrong = spans.iter().find(|s| s.steps.end > self.steps.len());
+        let wrong = spans
+            .iter()
+            .find(|s| s.steps.end > self.program.steps.len());
         if let Some(span) = wrong {
-            let reason = format!("steps {:?} of {}", span.steps, self.steps.len());
+            let reason = format!("steps {:?} of {}", span.steps, self.program.steps.len());
             return Err(Error::argument(
                 format!("span of frame {}", self.name),
                 reason,
@@ -258,21 +263,15 @@ impl Frame {
 
     /// Slices that a span's copies reach are within their buffers.
     fn check_copies(&self, span: &Span) -> Result<()> {
-        let index = u64::from(span.index);
-        for step in &self.steps[span.steps.clone()] {
-            let Command::Copy(copy) = &step.command else {
-                continue;
-            };
-            let ends = [copy.from, copy.to].into_iter().zip(copy.strides);
-            let past = |(row, stride): &(usize, u64)| {
-                stride * index + copy.bytes > self.resources[*row].bytes()
-            };
-            if let Some((row, _)) = ends.into_iter().find(past) {
-                let reason = format!("slice {index} passes its end");
-                return Err(Error::argument(self.resources[row].name(), reason));
+        let beyond = |reach: &&Reach| span.steps.contains(&reach.step) && span.index > reach.last;
+        match self.program.reaches.iter().find(beyond) {
+            Some(reach) => {
+                let reason = format!("slice {} passes its end", span.index);
+                let name = self.resources[reach.resource].name();
+                Err(Error::argument(name, reason))
             }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Makes room for timestamps before, between and after `count` steps; allocates only when there are more steps than
@@ -290,9 +289,8 @@ impl Frame {
     fn record(&mut self, slot: Slot, spans: &[Span], plan: Plan) -> Result<u32> {
         let Self {
             slots,
-            steps,
+            program,
             hazards,
-            resources,
             turns,
             ..
         } = self;
@@ -313,105 +311,14 @@ impl Frame {
         }
         let walk = Walk {
             label: &self.label,
-            steps,
+            program,
             hazards,
-            resources,
             slot,
             watch,
         };
         let stamps = walk.record(&recorder, spans);
         recorder.end(&self.name)?;
         Ok(stamps)
-    }
-}
-
-/// A walk over steps that records them.
-struct Walk<'a> {
-    label: &'a CString,
-    steps: &'a [Built],
-    hazards: &'a mut Hazards,
-    resources: &'a [Resource],
-    slot: Slot,
-    watch: Stopwatch<'a>,
-}
-
-impl Walk<'_> {
-    /// The number of timestamps written.
-    fn record(mut self, recorder: &Recorder<'_>, spans: &[Span]) -> u32 {
-        self.hazards.clear();
-        recorder.begin_label(self.label);
-        // The frame before may still run, and whatever it did comes first.
-        recorder.barrier(Scope::ALL, Scope::ALL);
-        self.watch.stamp(recorder);
-        let mut mapped = Uses::default();
-        for span in spans {
-            for row in span.steps.clone() {
-                let step = &self.steps[row];
-                self.watch.step(recorder, row as u32, step.name_row);
-                recorder.begin_label(&step.label);
-                if let Some(barrier) = self.hazards.step(&step.uses) {
-                    let (from, to) = barrier.scopes();
-                    recorder.barrier(from, to);
-                }
-                step.record(recorder, self.resources, self.slot.0, span.index);
-                recorder.end_label();
-                mapped = mapped.with(step.mapped_writes(self.resources));
-            }
-        }
-        // The second tells what one costs.
-        self.watch.stamp(recorder);
-        self.watch.stamp(recorder);
-        if !mapped.is_empty() {
-            recorder.barrier(mapped.scope(), Scope::HOST);
-        }
-        recorder.end_label();
-        self.watch.stamps
-    }
-}
-
-impl Built {
-    fn record(&self, recorder: &Recorder<'_>, resources: &[Resource], slot: usize, index: u32) {
-        let buffer = |row: usize| resources[row].buffer(slot);
-        match &self.command {
-            Command::Dispatch(dispatch) => dispatch.record(recorder, resources, slot, index),
-            Command::Fill(fill) => {
-                if let Some(to) = buffer(fill.to) {
-                    recorder.fill((to, fill.offset), fill.bytes, fill.value);
-                }
-            }
-            Command::Copy(copy) => {
-                if let Some((from, to)) = buffer(copy.from).zip(buffer(copy.to)) {
-                    let [a, b] = copy.strides.map(|stride| stride * u64::from(index));
-                    recorder.copy((from, a), (to, b), copy.bytes);
-                }
-            }
-        }
-    }
-
-    /// How it writes what the CPU may look at.
-    fn mapped_writes(&self, resources: &[Resource]) -> Uses {
-        let mapped = self.uses.iter().filter(|u| resources[u.0].is_mapped());
-        mapped.fold(Uses::default(), |all, u| all.with(u.1.writes()))
-    }
-}
-
-impl Dispatch {
-    fn record(&self, recorder: &Recorder<'_>, resources: &[Resource], slot: usize, index: u32) {
-        let mut constants = [0; crate::gpu::PUSH_CONSTANTS as usize];
-        let constants = &mut constants[..self.constants.len()];
-        constants.copy_from_slice(&self.constants);
-        if let Some(byte) = self.index_at {
-            constants[byte..byte + 4].copy_from_slice(&index.to_ne_bytes());
-        }
-        recorder.bind(&self.pipeline, self.sets[slot], constants);
-        match self.extent {
-            Extent::Groups(groups) => recorder.dispatch(groups),
-            Extent::Indirect(row, offset) => {
-                if let Some(buffer) = resources[row].buffer(slot) {
-                    recorder.dispatch_indirect(buffer, offset);
-                }
-            }
-        }
     }
 }
 

@@ -155,7 +155,7 @@ fn synchronization_validation_catches_a_barrier_left_out() {
     let (mut frame, _) = chain(&gpu);
     // Without its accesses the executor believes that the last pass touches nothing. (Of two writes in a row the layers
     // say nothing where shaders make them; those are for the tests of the derivation.)
-    frame.steps[3].uses.clear();
+    frame.program.steps[3].uses = 0..0;
     frame.run().unwrap();
     let messages = gpu.take_messages();
     assert!(

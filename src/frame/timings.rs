@@ -110,10 +110,10 @@ impl Frame {
         };
         let begin = ns.first().copied().unwrap_or(end);
         let passes = stamps.intervals.iter().map(|interval| {
-            let step = &self.steps[interval.row as usize];
+            let step = &self.program.steps[interval.row as usize];
             let stamp = interval.stamp as usize;
             PassTiming {
-                name: step.name.clone(),
+                name: self.names[step.name_row as usize].clone(),
                 label: step.label.to_string_lossy().into_owned(),
                 steps: interval.steps,
                 begin_ns: ns[stamp],

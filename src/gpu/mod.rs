@@ -47,7 +47,7 @@ pub(crate) use descriptors::{Descriptors, Target};
 )]
 pub(crate) use fault::Subject;
 pub(crate) use image::Image;
-pub(crate) use pipeline::Pipeline;
+pub(crate) use pipeline::{Bound, Pipeline};
 pub(crate) use record::{Commands, Recorder, Scope};
 pub(crate) use shared::{Grave, PUSH_CONSTANTS, Shared};
 pub(crate) use timestamps::Timestamps;

@@ -23,7 +23,22 @@ pub(crate) struct Pipeline {
     pub(crate) formats: Vec<Option<Format>>,
 }
 
+/// What binding a pipeline takes: a copy that is at hand where commands are recorded.
+#[derive(Clone, Copy)]
+pub(crate) struct Bound {
+    pub(super) pipeline: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+}
+
 impl Pipeline {
+    /// For binding it, as long as it lives.
+    pub(crate) fn bound(&self) -> Bound {
+        Bound {
+            pipeline: self.raw,
+            layout: self.layout,
+        }
+    }
+
     /// Destroys it; the device has to be idle and nobody may use the pipeline after it.
     pub(crate) fn destroy(&self, device: &ash::Device) {
         // SAFETY: see above; called once, at the device's end.

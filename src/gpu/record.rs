@@ -8,7 +8,7 @@ use super::{
     buffer::Buffer,
     fault::Subject,
     image,
-    pipeline::Pipeline,
+    pipeline::Bound,
     shared::{Grave, Shared},
     timestamps::Timestamps,
 };
@@ -250,20 +250,20 @@ impl Recorder<'_> {
     }
 
     /// Sets every 32-bit word of a range, in whole words, that the caller has checked.
-    pub(crate) fn fill(&self, (buffer, offset): (&Buffer, u64), bytes: u64, value: u32) {
+    pub(crate) fn fill(&self, (buffer, offset): (vk::Buffer, u64), bytes: u64, value: u32) {
         if bytes > 0 {
             // SAFETY: recording; the owner of the command buffer keeps the buffer alive; the range lies within it, in
             // multiples of 4.
             unsafe {
                 self.shared
                     .device
-                    .cmd_fill_buffer(self.raw, buffer.raw(), offset, bytes, value)
+                    .cmd_fill_buffer(self.raw, buffer, offset, bytes, value)
             };
         }
     }
 
     /// Copies a range that the caller has checked against both buffers.
-    pub(crate) fn copy(&self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
+    pub(crate) fn copy(&self, from: (vk::Buffer, u64), to: (vk::Buffer, u64), bytes: u64) {
         let region = vk::BufferCopy {
             src_offset: from.1,
             dst_offset: to.1,
@@ -273,7 +273,7 @@ impl Recorder<'_> {
         unsafe {
             self.shared
                 .device
-                .cmd_copy_buffer(self.raw, from.0.raw(), to.0.raw(), &[region])
+                .cmd_copy_buffer(self.raw, from.0, to.0, &[region])
         };
     }
 
@@ -298,23 +298,18 @@ impl Recorder<'_> {
     }
 
     /// Binds a pipeline, its descriptor set and its push constants, whose length the frame has checked.
-    pub(crate) fn bind(
-        &self,
-        pipeline: &Pipeline,
-        set: Option<vk::DescriptorSet>,
-        constants: &[u8],
-    ) {
+    pub(crate) fn bind(&self, bound: Bound, set: Option<vk::DescriptorSet>, constants: &[u8]) {
         let (device, point) = (&self.shared.device, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: recording; pipelines live as long as the device, the set was made for the pipeline's layout and lives
         // as long as the frame, and the constants are as long as the layout's range.
         unsafe {
-            device.cmd_bind_pipeline(self.raw, point, pipeline.raw);
+            device.cmd_bind_pipeline(self.raw, point, bound.pipeline);
             if let Some(set) = set {
-                device.cmd_bind_descriptor_sets(self.raw, point, pipeline.layout, 0, &[set], &[]);
+                device.cmd_bind_descriptor_sets(self.raw, point, bound.layout, 0, &[set], &[]);
             }
             if !constants.is_empty() {
                 let stages = vk::ShaderStageFlags::COMPUTE;
-                device.cmd_push_constants(self.raw, pipeline.layout, stages, 0, constants);
+                device.cmd_push_constants(self.raw, bound.layout, stages, 0, constants);
             }
         }
     }
@@ -326,12 +321,12 @@ impl Recorder<'_> {
     }
 
     /// Dispatches the bound pipeline with the three counts at `offset`.
-    pub(crate) fn dispatch_indirect(&self, buffer: &Buffer, offset: u64) {
+    pub(crate) fn dispatch_indirect(&self, buffer: vk::Buffer, offset: u64) {
         // SAFETY: as in `dispatch`; the frame has checked that the offset is a multiple of 4 with 12 bytes after it.
         unsafe {
             self.shared
                 .device
-                .cmd_dispatch_indirect(self.raw, buffer.raw(), offset)
+                .cmd_dispatch_indirect(self.raw, buffer, offset)
         };
     }
 

@@ -50,7 +50,7 @@ pub(crate) fn upload(
         staging.write(0, part)?;
         let offset = first + chunk as u64 * CHUNK;
         immediate(shared, to.name(), |r| {
-            r.copy((&staging, 0), (to, offset), part.len() as u64);
+            r.copy((staging.raw(), 0), (to.raw(), offset), part.len() as u64);
             Ok(())
         })?;
     }
@@ -73,7 +73,7 @@ pub(crate) fn download(
     for (chunk, part) in bytes.chunks_mut(CHUNK as usize).enumerate() {
         let offset = first + chunk as u64 * CHUNK;
         immediate(shared, from.name(), |r| {
-            r.copy((from, offset), (&staging, 0), part.len() as u64);
+            r.copy((from.raw(), offset), (staging.raw(), 0), part.len() as u64);
             Ok(())
         })?;
         staging.read(0, part)?;

@@ -1,0 +1,185 @@
+//! The steps of a frame as recording walks them: in few pieces of memory, with handles in place of resources.
+//!
+//! A frame is recorded after other work, when the caches hold nothing of it, and each pointer that has to be followed is a wait.
+
+use std::{ffi::CString, ops::Range, sync::Arc};
+
+use ash::vk;
+
+use super::{
+    Span,
+    hazard::{Hazards, Use, Uses},
+    profile::Stopwatch,
+};
+use crate::gpu::{Bound, FRAMES_IN_FLIGHT, PUSH_CONSTANTS, Pipeline, Recorder, Scope, Slot};
+
+/// All steps.
+#[derive(Default)]
+pub(super) struct Program {
+    pub(super) steps: Vec<Built>,
+    /// What the steps do with resources, step after step.
+    pub(super) uses: Vec<Use>,
+    /// Push constants, step after step.
+    pub(super) constants: Vec<u8>,
+    /// How far copies may go.
+    pub(super) reaches: Vec<Reach>,
+}
+
+/// A step ready to be recorded.
+pub(super) struct Built {
+    pub(super) command: Command,
+    /// Its part of [`Program::uses`].
+    pub(super) uses: Range<u32>,
+    /// How it writes what the CPU may look at.
+    pub(super) mapped: Uses,
+    /// Number of the name, in order of first appearance.
+    pub(super) name_row: u32,
+    pub(super) label: CString,
+}
+
+pub(super) enum Command {
+    Dispatch(Dispatch),
+    Fill(Fill),
+    Copy(Copy),
+}
+
+/// The buffer of each slot.
+pub(super) type Buffers = [vk::Buffer; FRAMES_IN_FLIGHT];
+
+pub(super) struct Dispatch {
+    pub(super) bound: Bound,
+    /// Kept alive, and asked for its sizes.
+    pub(super) pipeline: Arc<Pipeline>,
+    /// One a slot.
+    pub(super) sets: [Option<vk::DescriptorSet>; FRAMES_IN_FLIGHT],
+    /// Its part of [`Program::constants`].
+    pub(super) constants: Range<u32>,
+    /// Byte of the constants where the span's index stands.
+    pub(super) index_at: Option<u32>,
+    pub(super) extent: Extent,
+}
+
+/// How many workgroups a pass has.
+#[derive(Clone, Copy)]
+pub(super) enum Extent {
+    Groups([u32; 3]),
+    /// Three counts in a buffer at a byte offset.
+    Indirect(Buffers, u64),
+}
+
+/// Words of a buffer that get a value.
+pub(super) struct Fill {
+    pub(super) to: Buffers,
+    /// Where the first begins, and all of them, in bytes.
+    pub(super) offset: u64,
+    pub(super) bytes: u64,
+    pub(super) value: u32,
+}
+
+/// A copy between two buffers.
+pub(super) struct Copy {
+    pub(super) from: Buffers,
+    pub(super) to: Buffers,
+    pub(super) bytes: u64,
+    /// By how many bytes source and target move on with [`Span::index`].
+    pub(super) strides: [u64; 2],
+}
+
+/// How far an end of a copy may go.
+pub(super) struct Reach {
+    /// Row of the step.
+    pub(super) step: usize,
+    /// Row of the resource.
+    pub(super) resource: usize,
+    /// The last [`Span::index`] within it.
+    pub(super) last: u32,
+}
+
+/// A walk over steps that records them.
+pub(super) struct Walk<'a> {
+    pub(super) label: &'a CString,
+    pub(super) program: &'a Program,
+    pub(super) hazards: &'a mut Hazards,
+    pub(super) slot: Slot,
+    pub(super) watch: Stopwatch<'a>,
+}
+
+impl Walk<'_> {
+    /// The number of timestamps written.
+    pub(super) fn record(mut self, recorder: &Recorder<'_>, spans: &[Span]) -> u32 {
+        self.hazards.clear();
+        recorder.begin_label(self.label);
+        // The frame before may still run, and whatever it did comes first.
+        recorder.barrier(Scope::ALL, Scope::ALL);
+        self.watch.stamp(recorder);
+        let mut mapped = Uses::default();
+        for span in spans {
+            for row in span.steps.clone() {
+                let step = &self.program.steps[row];
+                self.watch.step(recorder, row as u32, step.name_row);
+                recorder.begin_label(&step.label);
+                if let Some(barrier) = self.hazards.step(self.program.uses(step)) {
+                    let (from, to) = barrier.scopes();
+                    recorder.barrier(from, to);
+                }
+                self.command(recorder, &step.command, span.index);
+                recorder.end_label();
+                mapped = mapped.with(step.mapped);
+            }
+        }
+        // The second tells what one costs.
+        self.watch.stamp(recorder);
+        self.watch.stamp(recorder);
+        if !mapped.is_empty() {
+            recorder.barrier(mapped.scope(), Scope::HOST);
+        }
+        recorder.end_label();
+        self.watch.stamps
+    }
+
+    fn command(&self, recorder: &Recorder<'_>, command: &Command, index: u32) {
+        let slot = self.slot.0;
+        match command {
+            Command::Dispatch(dispatch) => {
+                let all = &self.program.constants;
+                dispatch.record(recorder, all, slot, index);
+            }
+            Command::Fill(fill) => {
+                recorder.fill((fill.to[slot], fill.offset), fill.bytes, fill.value);
+            }
+            Command::Copy(copy) => {
+                let [a, b] = copy.strides.map(|stride| stride * u64::from(index));
+                recorder.copy((copy.from[slot], a), (copy.to[slot], b), copy.bytes);
+            }
+        }
+    }
+}
+
+impl Program {
+    fn uses(&self, step: &Built) -> &[Use] {
+        &self.uses[step.uses.start as usize..step.uses.end as usize]
+    }
+}
+
+impl Dispatch {
+    /// Bytes of [`Program::constants`].
+    pub(super) fn constants(&self) -> Range<usize> {
+        self.constants.start as usize..self.constants.end as usize
+    }
+
+    fn record(&self, recorder: &Recorder<'_>, all: &[u8], slot: usize, index: u32) {
+        let mut constants = [0; PUSH_CONSTANTS as usize];
+        let constants = &mut constants[..self.constants().len()];
+        constants.copy_from_slice(&all[self.constants()]);
+        if let Some(byte) = self.index_at {
+            constants[byte as usize..][..4].copy_from_slice(&index.to_ne_bytes());
+        }
+        recorder.bind(self.bound, self.sets[slot], constants);
+        match self.extent {
+            Extent::Groups(groups) => recorder.dispatch(groups),
+            Extent::Indirect(buffers, offset) => {
+                recorder.dispatch_indirect(buffers[slot], offset);
+            }
+        }
+    }
+}
