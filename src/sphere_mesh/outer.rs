@@ -50,13 +50,22 @@ pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
     let reach = 4.0 * f64::from(walls.diagonal());
     let seen = |facet: &Facet| hidden.seen(&grid, facet, &sights, reach);
     let patches: Vec<Vec<Facet>> = patches(open, 3.0 * size);
-    let kept = patches.into_par_iter().filter(|patch| {
-        // Sight changes slowly: two of three facets decide for a patch.
-        let [a, b, c] = [1, 2, 3].map(|k| &patch[k * patch.len() / 4]);
-        let (first, second) = (seen(a), seen(b));
-        if first == second { first } else { seen(c) }
+    let kept = patches.into_par_iter().map(|mut patch| {
+        // Sight changes slowly: where three facets agree they decide for a patch. Large ones, for cuts leave many small
+        // facets in the folds between solids, of which few sights are free.
+        patch.sort_by(|a, b| doubled_area(b).total_cmp(&doubled_area(a)));
+        match [0, 1, 2].map(|k| seen(&patch[k * patch.len() / 6])) {
+            [true, true, true] => {}
+            [false, false, false] => patch.clear(),
+            _ => patch.retain(seen),
+        }
+        patch
     });
     kept.flatten_iter().collect()
+}
+
+fn doubled_area([a, b, c]: &Facet) -> f64 {
+    (b - a).cross(c - a).length()
 }
 
 /// Facets of one place that look the same way.
@@ -149,4 +158,59 @@ fn sights() -> Vec<DVec3> {
         DVec3::new(r * (golden * i).cos(), r * (golden * i).sin(), z)
     };
     (0..SIGHTS).map(sight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sphere_mesh::{
+        shape::Ball,
+        testing::Chance,
+        tree::{Bounds, to_triangle},
+    };
+
+    /// Balls along an arc, all of whose surface is seen: it is there right up to the seams between them.
+    #[test]
+    fn nothing_that_is_seen_is_missing() {
+        let mut chance = Chance(5);
+        let balls: Vec<Ball> = (0..14)
+            .map(|k| {
+                let angle = 0.2 * f64::from(k);
+                let centre = DVec3::new(angle.cos(), angle.sin(), 0.0) + chance.point(0.01);
+                let radius = 0.14 + 0.02 * chance.next();
+                Ball { centre, radius }
+            })
+            .collect();
+        let shape = Shape {
+            balls: balls.clone(),
+            edges: Vec::new(),
+            triangles: Vec::new(),
+        };
+        let size = 0.02;
+        let surface = outer(&shape, size);
+        let boxes: Vec<Bounds> = surface.iter().map(|&t| Bounds::of(t)).collect();
+        let tree = Tree::new(&boxes);
+        let (mut furthest, mut sum, mut count) = (0.0f64, 0.0, 0);
+        for (k, ball) in balls.iter().enumerate() {
+            for _ in 0..2000 {
+                let at = ball.centre + ball.radius * chance.point(1.0).normalize();
+                let holds = |other: &Ball| at.distance(other.centre) < other.radius;
+                if balls
+                    .iter()
+                    .enumerate()
+                    .any(|(j, other)| j != k && holds(other))
+                {
+                    continue;
+                }
+                let of = |t: usize| to_triangle(at, surface[t]);
+                let distance = tree.nearest(at, f64::INFINITY, of).sqrt();
+                furthest = furthest.max(distance);
+                sum += distance;
+                count += 1;
+            }
+        }
+        // Facets are quartered twice at the seams.
+        assert!(furthest < 0.3 * size, "{furthest}");
+        assert!(sum / f64::from(count) < 0.015 * size, "{sum} {count}");
+    }
 }
