@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::{input::Input, level::Level};
+use super::{input::Input, lanes::Points, level::Level};
 use crate::{Error, Result, mesh::Csr};
 
 /// A collapse: two nodes become one.
@@ -44,22 +44,20 @@ pub struct Hierarchy {
     pub(super) centres: Vec<f32>,
 }
 
-/// Drops the frames that only fill groups of lanes.
-fn without_padding(rows: &mut Vec<f32>, stride: usize, frames: usize) {
-    let count = rows.len() / stride;
-    for row in 0..count {
-        rows.copy_within(row * stride..row * stride + frames, row * frames);
-    }
-    rows.truncate(count * frames);
-    rows.shrink_to_fit();
+/// `[axis][frame]` of the points of some groups, without the frames that only fill the last one.
+fn unpacked(groups: &[Points], frames: usize) -> impl Iterator<Item = f32> {
+    let axis = move |k| groups.iter().flat_map(move |points| points[k]);
+    (0..3).flat_map(move |k| axis(k).take(frames))
 }
 
 impl Hierarchy {
-    pub(super) fn new(input: Input, made: Vec<f32>, merges: Vec<Merge>, weight: f64) -> Self {
+    pub(super) fn new(input: Input, made: &[Points], merges: Vec<Merge>, weight: f64) -> Self {
         let vertices = input.mesh.positions.len();
-        let mut centres = input.positions;
-        centres.extend(made);
-        without_padding(&mut centres, input.stride, input.frames);
+        let mut centres = Vec::with_capacity((vertices + merges.len()) * 3 * input.frames);
+        let rows = input.positions.chunks_exact(input.groups);
+        for row in rows.chain(made.chunks_exact(input.groups)) {
+            centres.extend(unpacked(row, input.frames));
+        }
         Self {
             vertex: input.vertex,
             triangles: input.mesh.triangles,

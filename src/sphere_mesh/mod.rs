@@ -21,6 +21,7 @@ mod level;
 mod options;
 mod outer;
 mod quadric;
+mod region;
 mod shape;
 mod solve;
 #[cfg(test)]
