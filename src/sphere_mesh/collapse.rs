@@ -1,6 +1,9 @@
 //! Collapsing edges, cheapest first, until every component is one sphere (2016, section 4).
 
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::{
+    cmp::Ordering,
+    collections::{BinaryHeap, binary_heap::PeekMut},
+};
 
 use rayon::prelude::*;
 
@@ -48,6 +51,16 @@ struct Candidate {
     cost: f64,
     ends: [u32; 2],
     stamps: [u32; 2],
+    /// The end that has it in its list.
+    owner: u32,
+}
+
+impl Candidate {
+    /// Whether the owner has not changed since.
+    fn listed(&self, stamps: &[u32]) -> bool {
+        let mut ends = self.ends.iter().zip(self.stamps);
+        ends.any(|(&end, stamp)| end == self.owner && stamps[end as usize] == stamp)
+    }
 }
 
 impl Eq for Candidate {}
@@ -85,8 +98,8 @@ struct Pair<'a> {
 struct Made {
     sphere: solve::Sphere,
     centres: Vec<Points>,
-    /// The edges to its neighbours.
-    candidates: Vec<Candidate>,
+    /// The edges to its neighbours, cheapest last.
+    edges: Vec<Candidate>,
 }
 
 struct Collapse<'a> {
@@ -100,7 +113,10 @@ struct Collapse<'a> {
     stamp: Vec<u32>,
     /// Cost of each slot's sphere.
     cost: Vec<f64>,
+    /// The cheapest edge of every slot that has any.
     queue: BinaryHeap<Candidate>,
+    /// The others of each slot, cheapest last. An edge is in the list of one end: the one that changed last.
+    lists: Vec<Vec<Candidate>>,
     /// Edges that would turn triangles over.
     turned: Vec<Candidate>,
     /// Centres of the spheres that collapses made: `[collapse][group]`.
@@ -158,6 +174,7 @@ fn collapse(
         stamp: vec![0; count],
         cost: vec![0.0; count],
         queue: BinaryHeap::new(),
+        lists: Vec::new(),
         turned: Vec::new(),
         centres: Vec::with_capacity(count * input.groups),
         merges: Vec::with_capacity(count),
@@ -174,18 +191,21 @@ fn collapse(
     (collapse.centres, collapse.merges, weight)
 }
 
-/// Solves the edge between two ends.
-fn candidate(a: End<'_>, b: End<'_>) -> Candidate {
+/// Solves the edge between two ends, in the list of the first; nothing where it has no sphere.
+fn candidate(a: End<'_>, b: End<'_>) -> Option<Candidate> {
+    let owner = a.slot;
     let (a, b) = if a.slot < b.slot { (a, b) } else { (b, a) };
     let edge = Edge {
         regions: [a.region, b.region],
         centres: [a.centres, b.centres],
     };
-    Candidate {
-        cost: solve::sphere(edge).cost,
+    let cost = solve::sphere(edge).cost;
+    cost.is_finite().then_some(Candidate {
+        cost,
         ends: [a.slot, b.slot],
         stamps: [a.stamp, b.stamp],
-    }
+        owner,
+    })
 }
 
 impl<'a> Collapse<'a> {
@@ -212,13 +232,16 @@ impl<'a> Collapse<'a> {
     fn start(&mut self) {
         let count = self.input.mesh.positions.len() as u32;
         let this = &*self;
-        let candidates = (0..count).into_par_iter().flat_map_iter(|u| {
-            let later = this.topology.near(u).iter().filter(move |&&v| v > u);
-            later.filter_map(move |&v| Some(candidate(this.end(u)?, this.end(v)?)))
+        let lists = (0..count).into_par_iter().map(|u| {
+            let later = this.topology.near(u).iter().filter(|&&v| v > u);
+            let edges = later.filter_map(|&v| candidate(this.end(u)?, this.end(v)?));
+            let mut edges: Vec<Candidate> = edges.collect();
+            edges.sort_unstable();
+            edges
         });
-        let candidates: Vec<Candidate> = candidates.collect();
-        let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
-        self.queue = finite.collect();
+        self.lists = lists.collect();
+        let cheapest = self.lists.iter_mut().filter_map(Vec::pop);
+        self.queue = cheapest.collect();
     }
 
     fn run(&mut self, inversion: bool, progress: &(dyn Fn(Progress) + Sync)) {
@@ -258,6 +281,31 @@ impl<'a> Collapse<'a> {
             && candidate.stamps.iter().all(|&s| s != DEAD)
     }
 
+    /// The cheapest edge. It stays in the queue.
+    fn cheapest(&mut self) -> Option<Candidate> {
+        loop {
+            let candidate = *self.queue.peek()?;
+            if self.current(&candidate) {
+                return Some(candidate);
+            }
+            self.next();
+        }
+    }
+
+    /// Replaces the first edge of the queue by the next in its list.
+    fn next(&mut self) {
+        let Some(mut first) = self.queue.peek_mut() else {
+            return;
+        };
+        let owner = first.owner as usize;
+        // A list that has been replaced has an edge of its own in the queue.
+        let same = first.listed(&self.stamp);
+        match self.lists[owner].pop_if(|_| same) {
+            Some(next) => *first = next,
+            None => drop(PeekMut::pop(first)),
+        }
+    }
+
     /// The cheapest edges that do not touch each other's surroundings, for threads to share: few against the spheres that
     /// are left, so that hardly any would have come later had their predecessors' new edges been known; one at coarse levels.
     fn batch(&mut self) -> Vec<Candidate> {
@@ -266,17 +314,14 @@ impl<'a> Collapse<'a> {
         let mut batch: Vec<Candidate> = Vec::new();
         self.round += 1;
         while batch.len() < most {
-            let Some(candidate) = self.queue.pop() else {
+            let Some(candidate) = self.cheapest() else {
                 break;
             };
-            if !self.current(&candidate) {
-                continue;
-            }
             let ends = candidate.ends;
             if ends.iter().any(|&v| self.touched[v as usize] == self.round) {
-                self.queue.push(candidate);
                 break;
             }
+            self.next();
             for v in ends {
                 self.touched[v as usize] = self.round;
                 for &k in self.topology.near(v) {
@@ -331,17 +376,13 @@ impl<'a> Collapse<'a> {
             centres: &centres,
         };
         let near = self.topology.around(u, v);
-        let candidates = shared(near, self.input.groups, |k| {
-            Some(candidate(here, self.end(k)?))
-        });
-        let finite = candidates
-            .into_iter()
-            .flatten()
-            .filter(|c| c.cost.is_finite());
+        let edges = shared(near, self.input.groups, |k| candidate(here, self.end(k)?));
+        let mut edges: Vec<Candidate> = edges.into_iter().flatten().collect();
+        edges.sort_unstable();
         Some(Made {
             sphere,
-            candidates: finite.collect(),
             centres,
+            edges,
         })
     }
 
@@ -368,19 +409,30 @@ impl<'a> Collapse<'a> {
         self.topology.collapse(u, v);
         self.stamp[a] += 1;
         self.stamp[b] = DEAD;
-        self.queue.extend(made.candidates);
+        self.lists[b] = Vec::new();
+        self.lists[a] = made.edges;
+        self.queue.extend(self.lists[a].pop());
     }
 
     /// Whether large triangles turn over in many frames: Σ_f √(A A') n·n' < 0 for one of those that stay.
     fn turns(&self, u: u32, v: u32, made: &[Points]) -> bool {
         self.topology.moved(u, v).any(|[moving, b, c]| {
             let [p, b, c] = [moving, b, c].map(|k| self.sphere(k));
+            let normals = |group: usize| {
+                let [p, q, b, c] = [p, made, b, c].map(|k| V4::widen(&k[group]));
+                ((b - p).cross(c - p), (b - q).cross(c - q))
+            };
+            // Hardly any turns in any frame, and roots are dear.
+            let mut groups = 0..made.len();
+            if !groups.any(|group| {
+                let (before, after) = normals(group);
+                before.dot(after).0.iter().any(|&x| x < 0.0)
+            }) {
+                return false;
+            }
             let mut sum = X4::default();
-            for (group, q) in made.iter().enumerate() {
-                let q = V4::widen(q);
-                let [p, b, c] = [p, b, c].map(|k| V4::widen(&k[group]));
-                let before = (b - p).cross(c - p);
-                let after = (b - q).cross(c - q);
+            for group in 0..made.len() {
+                let (before, after) = normals(group);
                 let sizes = before.dot(before) * after.dot(after);
                 // |n| is twice the area: √(A A') n·n' = N·N' / (2 √(|N| |N'|)).
                 let scale = sizes.map(|s| {

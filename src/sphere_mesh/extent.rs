@@ -12,16 +12,23 @@ const DIRECTIONS: usize = 33;
 /// Share of the width that a radius may have.
 const BOUND: f32 = 0.75;
 
-/// What the extents of all regions are kept in: `[region][direction][forwards, backwards][frame]`, without padding, for
-/// they take more memory than all else.
+/// What the extents of all regions are kept in. Without padding, for they take more memory than all else.
 #[derive(Debug)]
-pub(super) struct Storage(Vec<f32>);
+pub(super) struct Storage {
+    /// `[region][direction][forwards, backwards][frame]`.
+    ends: Vec<f32>,
+    /// `[region][direction]`.
+    least: Vec<f32>,
+}
 
 impl Storage {
     /// For barycentric cells.
     pub(super) fn new(input: &Input) -> Self {
-        let count = input.mesh.positions.len();
-        Self(vec![0.0; count * DIRECTIONS * 2 * input.frames])
+        let rows = input.mesh.positions.len() * DIRECTIONS;
+        Self {
+            ends: vec![0.0; rows * 2 * input.frames],
+            least: vec![0.0; rows],
+        }
     }
 }
 
@@ -32,7 +39,7 @@ pub(super) struct Extent<'a> {
     /// Greatest coordinates along each direction and against it: `[direction][forwards, backwards][frame]`.
     ends: &'a mut [f32],
     /// Least width over the frames along each direction: the union's is no less than its parts'.
-    least: [f32; DIRECTIONS],
+    least: &'a mut [f32],
     width: Width,
 }
 
@@ -65,23 +72,28 @@ fn directions() -> [[f32; 3]; DIRECTIONS] {
 
 /// Extents of the barycentric cells: of a vertex, the middles of its edges and the centres of its triangles.
 pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'a>> {
-    let (frames, directions) = (input.frames, directions());
-    let rows = storage.0.par_chunks_exact_mut(DIRECTIONS * 2 * frames);
-    let cells = rows.enumerate().map_init(Vec::new, |shadows, (v, ends)| {
-        for (direction, ends) in directions.iter().zip(ends.chunks_exact_mut(2 * frames)) {
-            let (forwards, backwards) = ends.split_at_mut(frames);
-            cell(input, v, direction, shadows, forwards, backwards);
-        }
-        let mut extent = Extent {
-            frames,
-            ends,
-            least: [0.0; DIRECTIONS],
-            width: Width::default(),
-        };
-        extent.measure();
-        extent
+    let frames = input.frames;
+    let ends = storage.ends.chunks_exact_mut(DIRECTIONS * 2 * frames);
+    let rows = ends.zip(storage.least.chunks_exact_mut(DIRECTIONS));
+    let extents = rows.map(|(ends, least)| Extent {
+        frames,
+        ends,
+        least,
+        width: Width::default(),
     });
-    cells.collect()
+    let mut extents: Vec<Extent<'a>> = extents.collect();
+    let mut shadows = vec![[0.0; LANES]; input.positions.len()];
+    for (k, direction) in directions().iter().enumerate() {
+        let points = shadows.par_iter_mut().zip(&input.positions);
+        points.for_each(|(shadow, points)| *shadow = along(direction, points));
+        let cells = extents.par_iter_mut().enumerate();
+        cells.for_each(|(v, extent)| {
+            let ends = &mut extent.ends[k * 2 * frames..][..2 * frames];
+            cell(input, v, &shadows, ends);
+        });
+    }
+    extents.par_iter_mut().for_each(Extent::measure);
+    extents
 }
 
 impl Extent<'_> {
@@ -104,7 +116,7 @@ impl Extent<'_> {
             .ends
             .chunks_exact(size)
             .zip(other.ends.chunks_exact(size));
-        let least = self.least.iter().zip(&other.least);
+        let least = self.least.iter().zip(other.least.iter());
         for ((a, b), (p, q)) in ends.zip(least) {
             if p.max(*q) < best {
                 best = best.min(union_width(a, b));
@@ -125,7 +137,7 @@ impl Extent<'_> {
     fn measure(&mut self) {
         self.width.width = f32::INFINITY;
         let ends = self.ends.chunks_exact(2 * self.frames);
-        for (direction, (ends, least)) in ends.zip(&mut self.least).enumerate() {
+        for (direction, (ends, least)) in ends.zip(self.least.iter_mut()).enumerate() {
             *least = union_width(ends, ends);
             if *least < self.width.width {
                 let (forwards, backwards) = ends.split_at(self.frames);
@@ -163,45 +175,59 @@ fn union_width(a: &[f32], b: &[f32]) -> f32 {
     rest.chain(lanes).fold(f32::INFINITY, least)
 }
 
-/// Extent of a vertex's cell along one direction and against it.
-fn cell(
-    input: &Input,
-    v: usize,
-    direction: &[f32; 3],
-    shadows: &mut Vec<f32>,
-    forwards: &mut [f32],
-    backwards: &mut [f32],
-) {
-    // The vertex, the middles, the centres; in a fan every middle belongs to two triangles, and repeats do no harm.
-    let others = input.mesh.corners.row(v).iter().map(|&u| u as usize);
-    shadows.clear();
-    for vertex in std::iter::once(v).chain(others) {
-        for points in input.position(vertex) {
-            shadows.extend_from_slice(&shadow(direction, points));
-        }
-    }
-    let (frames, stride) = (input.frames, input.groups * LANES);
-    let (here, others) = shadows.split_at(stride);
-    let here = &here[..frames];
-    forwards.copy_from_slice(here);
-    backwards.copy_from_slice(here);
-    for pair in others.chunks_exact(2 * stride) {
-        let (a, b) = pair.split_at(stride);
-        let (a, b) = (&a[..frames], &b[..frames]);
-        for f in 0..frames {
-            let (p, q) = (0.5 * (here[f] + a[f]), 0.5 * (here[f] + b[f]));
-            let c = (here[f] + a[f] + b[f]) * (1.0 / 3.0);
-            let (pq, qp) = if p > q { (p, q) } else { (q, p) };
-            let h = if c > pq { c } else { pq };
-            let l = if c < qp { c } else { qp };
-            forwards[f] = if h > forwards[f] { h } else { forwards[f] };
-            backwards[f] = if l < backwards[f] { l } else { backwards[f] };
-        }
-    }
-    backwards.iter_mut().for_each(|x| *x = -*x);
+/// Coordinates of four points along a direction.
+fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
+    std::array::from_fn(|lane| d[0] * x[lane] + d[1] * y[lane] + d[2] * z[lane])
 }
 
-/// Coordinates of four points along a direction.
-fn shadow(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
-    std::array::from_fn(|lane| d[0] * x[lane] + d[1] * y[lane] + d[2] * z[lane])
+/// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
+fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [f32]) {
+    let (frames, groups) = (input.frames, input.groups);
+    let (forwards, backwards) = ends.split_at_mut(frames);
+    let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));
+    for (group, (forwards, backwards)) in ends.enumerate() {
+        let at = |v: usize| shadows[v * groups + group];
+        let here = at(v);
+        // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
+        let mut corners = Range::new();
+        let mut sums = Range::new();
+        for pair in input.mesh.corners.row(v).chunks_exact(2) {
+            let (a, b) = (at(pair[0] as usize), at(pair[1] as usize));
+            corners.add(a);
+            corners.add(b);
+            sums.add(std::array::from_fn(|lane| here[lane] + a[lane] + b[lane]));
+        }
+        for (lane, (forwards, backwards)) in forwards.iter_mut().zip(backwards).enumerate() {
+            let here = here[lane];
+            let most = |corner: f32, sum: f32, most: fn(f32, f32) -> f32| {
+                most(here, most(0.5 * (here + corner), sum * (1.0 / 3.0)))
+            };
+            *forwards = most(corners.high[lane], sums.high[lane], f32::max);
+            *backwards = -most(corners.low[lane], sums.low[lane], f32::min);
+        }
+    }
+}
+
+/// Greatest and least number in each of four frames.
+struct Range {
+    high: [f32; LANES],
+    low: [f32; LANES],
+}
+
+impl Range {
+    fn new() -> Self {
+        Self {
+            high: [f32::NEG_INFINITY; LANES],
+            low: [f32::INFINITY; LANES],
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, x: [f32; LANES]) {
+        for lane in 0..LANES {
+            let (high, low) = (&mut self.high[lane], &mut self.low[lane]);
+            *high = if x[lane] > *high { x[lane] } else { *high };
+            *low = if x[lane] < *low { x[lane] } else { *low };
+        }
+    }
 }

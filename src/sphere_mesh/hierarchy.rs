@@ -3,8 +3,13 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-use super::{input::Input, lanes::Points, level::Level};
+use super::{
+    input::Input,
+    lanes::{LANES, Points},
+    level::Level,
+};
 use crate::{Error, Result, mesh::Csr};
 
 /// A collapse: two nodes become one.
@@ -45,19 +50,23 @@ pub struct Hierarchy {
 }
 
 /// `[axis][frame]` of the points of some groups, without the frames that only fill the last one.
-fn unpacked(groups: &[Points], frames: usize) -> impl Iterator<Item = f32> {
-    let axis = move |k| groups.iter().flat_map(move |points| points[k]);
-    (0..3).flat_map(move |k| axis(k).take(frames))
+fn unpack(groups: &[Points], row: &mut [f32]) {
+    let frames = row.len() / 3;
+    for (k, axis) in row.chunks_exact_mut(frames).enumerate() {
+        for (to, points) in axis.chunks_mut(LANES).zip(groups) {
+            to.copy_from_slice(&points[k][..to.len()]);
+        }
+    }
 }
 
 impl Hierarchy {
     pub(super) fn new(input: Input, made: &[Points], merges: Vec<Merge>, weight: f64) -> Self {
         let vertices = input.mesh.positions.len();
-        let mut centres = Vec::with_capacity((vertices + merges.len()) * 3 * input.frames);
-        let rows = input.positions.chunks_exact(input.groups);
-        for row in rows.chain(made.chunks_exact(input.groups)) {
-            centres.extend(unpacked(row, input.frames));
-        }
+        let mut centres = vec![0.0; (vertices + merges.len()) * 3 * input.frames];
+        let nodes = input.positions.par_chunks_exact(input.groups);
+        let nodes = nodes.chain(made.par_chunks_exact(input.groups));
+        let rows = centres.par_chunks_exact_mut(3 * input.frames);
+        rows.zip(nodes).for_each(|(row, node)| unpack(node, row));
         Self {
             vertex: input.vertex,
             triangles: input.mesh.triangles,

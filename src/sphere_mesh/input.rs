@@ -1,6 +1,7 @@
 //! A sequence made ready: welded, scaled, a vertex's frames side by side.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::lanes::{LANES, Points};
 use crate::{
@@ -89,7 +90,8 @@ impl Input {
         let frames = sequence.frames.len();
         let groups = frames.div_ceil(LANES);
         let mut positions = vec![[[0.0; LANES]; 3]; mesh.positions.len() * groups];
-        for (place, &row) in positions.chunks_exact_mut(groups).zip(&rows) {
+        let places = positions.par_chunks_exact_mut(groups).zip(&rows);
+        places.for_each(|(place, &row)| {
             for f in 0..groups * LANES {
                 let p = sequence.frames[f.min(frames - 1)][row as usize].as_dvec3();
                 let p = (p - origin) / diagonal;
@@ -97,7 +99,7 @@ impl Input {
                     place[f / LANES][k][f % LANES] = p[k] as f32;
                 }
             }
-        }
+        });
         Ok(Self {
             mesh,
             vertex,
