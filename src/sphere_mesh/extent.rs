@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     input::Input,
-    lanes::{LANES, Points},
+    lanes::{LANES, Points, least, most, zip},
 };
 
 /// Three axes and a Fibonacci half-sphere.
@@ -128,7 +128,7 @@ impl Extent<'_> {
     /// Becomes the union of both.
     pub(super) fn merge(&mut self, other: &Self) {
         for (a, b) in self.ends.iter_mut().zip(other.ends.iter()) {
-            *a = if *a > *b { *a } else { *b };
+            *a = most(*a, *b);
         }
         self.measure();
     }
@@ -155,23 +155,16 @@ impl Extent<'_> {
 
 /// Least width over the frames of the union of two regions along one direction, each `[forwards, backwards][frame]`.
 fn union_width(a: &[f32], b: &[f32]) -> f32 {
-    let (af, ab) = a.split_at(a.len() / 2);
-    let (bf, bb) = b.split_at(b.len() / 2);
-    let width = |f: usize| {
-        let forwards = if af[f] > bf[f] { af[f] } else { bf[f] };
-        let backwards = if ab[f] > bb[f] { ab[f] } else { bb[f] };
-        forwards + backwards
-    };
-    let least = |a: f32, b: f32| if a < b { a } else { b };
-    let frames = af.len();
-    let whole = frames - frames % LANES;
+    let (a, b) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
+    let rows = [a.0, a.1, b.0, b.1].map(|row| row.as_chunks::<LANES>());
+    let [(af, ra), (ab, sa), (bf, rb), (bb, sb)] = rows;
     let mut lanes = [f32::INFINITY; LANES];
-    for at in (0..whole).step_by(LANES) {
-        for (lane, old) in lanes.iter_mut().enumerate() {
-            *old = least(width(at + lane), *old);
-        }
+    for ((af, ab), (bf, bb)) in af.iter().zip(ab).zip(bf.iter().zip(bb)) {
+        let width = zip(zip(*af, *bf, most), zip(*ab, *bb, most), add);
+        lanes = zip(lanes, width, least);
     }
-    let rest = (whole..frames).map(width);
+    let rest = ra.iter().zip(rb).zip(sa.iter().zip(sb));
+    let rest = rest.map(|((af, bf), (ab, bb))| most(*af, *bf) + most(*ab, *bb));
     rest.chain(lanes).fold(f32::INFINITY, least)
 }
 
@@ -182,52 +175,35 @@ fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
 
 /// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
 fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [f32]) {
-    let (frames, groups) = (input.frames, input.groups);
-    let (forwards, backwards) = ends.split_at_mut(frames);
+    let (forwards, backwards) = ends.split_at_mut(input.frames);
     let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));
     for (group, (forwards, backwards)) in ends.enumerate() {
-        let at = |v: usize| shadows[v * groups + group];
+        let at = |v: usize| shadows[v * input.groups + group];
         let here = at(v);
         // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
-        let mut corners = Range::new();
-        let mut sums = Range::new();
+        let (mut high, mut low) = (here, here);
+        let (mut highest, mut lowest) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
         for pair in input.mesh.corners.row(v).chunks_exact(2) {
             let (a, b) = (at(pair[0] as usize), at(pair[1] as usize));
-            corners.add(a);
-            corners.add(b);
-            sums.add(std::array::from_fn(|lane| here[lane] + a[lane] + b[lane]));
+            let sum = zip(zip(here, a, add), b, add);
+            high = zip(high, zip(a, b, most), most);
+            low = zip(low, zip(a, b, least), least);
+            highest = zip(highest, sum, most);
+            lowest = zip(lowest, sum, least);
         }
-        for (lane, (forwards, backwards)) in forwards.iter_mut().zip(backwards).enumerate() {
-            let here = here[lane];
-            let most = |corner: f32, sum: f32, most: fn(f32, f32) -> f32| {
-                most(here, most(0.5 * (here + corner), sum * (1.0 / 3.0)))
-            };
-            *forwards = most(corners.high[lane], sums.high[lane], f32::max);
-            *backwards = -most(corners.low[lane], sums.low[lane], f32::min);
+        let end = |corner, sum, most: fn(f32, f32) -> f32| {
+            let middle = zip(here, corner, |here, corner| 0.5 * (here + corner));
+            let centre = zip(sum, middle, |sum, middle| most(sum * (1.0 / 3.0), middle));
+            zip(here, centre, most)
+        };
+        let (high, low) = (end(high, highest, most), end(low, lowest, least));
+        forwards.copy_from_slice(&high[..forwards.len()]);
+        for (to, low) in backwards.iter_mut().zip(low) {
+            *to = -low;
         }
     }
 }
 
-/// Greatest and least number in each of four frames.
-struct Range {
-    high: [f32; LANES],
-    low: [f32; LANES],
-}
-
-impl Range {
-    fn new() -> Self {
-        Self {
-            high: [f32::NEG_INFINITY; LANES],
-            low: [f32::INFINITY; LANES],
-        }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, x: [f32; LANES]) {
-        for lane in 0..LANES {
-            let (high, low) = (&mut self.high[lane], &mut self.low[lane]);
-            *high = if x[lane] > *high { x[lane] } else { *high };
-            *low = if x[lane] < *low { x[lane] } else { *low };
-        }
-    }
+fn add(a: f32, b: f32) -> f32 {
+    a + b
 }

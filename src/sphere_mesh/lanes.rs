@@ -11,6 +11,24 @@ pub(super) type Row = [f64; LANES];
 /// A point in each of four frames, as it is kept: `[axis][frame]`.
 pub(super) type Points = [[f32; LANES]; 3];
 
+/// The same of two numbers in each of four frames of single precision.
+#[inline(always)]
+pub(super) fn zip(a: [f32; LANES], b: [f32; LANES], f: impl Fn(f32, f32) -> f32) -> [f32; LANES] {
+    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])]
+}
+
+/// The greater of two; no instruction more than that, as neither is NaN.
+#[inline(always)]
+pub(super) fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lesser of two, likewise.
+#[inline(always)]
+pub(super) fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// One number in each of four frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct X4(pub(super) [f64; LANES]);
