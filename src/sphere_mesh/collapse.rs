@@ -27,7 +27,7 @@ const BATCH: usize = 128;
 const SPHERES_EACH: usize = 64;
 
 /// Groups of frames to solve that are worth waking a thread for.
-const SHARE: usize = 256;
+const SHARE: usize = 64;
 /// Solutions that a collapse takes, about: its own, its neighbours' and the union of what belongs to its regions.
 const SOLUTIONS: usize = 10;
 
@@ -48,7 +48,7 @@ fn shared<T: Send, R: Send>(
 /// An edge of the queue; it is out of date when one of its ends has changed.
 #[derive(Clone, Copy, PartialEq)]
 struct Candidate {
-    cost: f64,
+    sphere: solve::Sphere,
     ends: [u32; 2],
     stamps: [u32; 2],
     /// The end that has it in its list.
@@ -68,7 +68,7 @@ impl Eq for Candidate {}
 impl Ord for Candidate {
     /// The cheapest is the greatest; equal costs go by their ends, so that the order never depends on threads.
     fn cmp(&self, other: &Self) -> Ordering {
-        let costs = other.cost.total_cmp(&self.cost);
+        let costs = other.sphere.cost.total_cmp(&self.sphere.cost);
         costs.then_with(|| other.ends.cmp(&self.ends))
     }
 }
@@ -96,7 +96,6 @@ struct Pair<'a> {
 
 /// What an edge becomes.
 struct Made {
-    sphere: solve::Sphere,
     centres: Vec<Points>,
     /// The edges to its neighbours, cheapest last.
     edges: Vec<Candidate>,
@@ -199,9 +198,9 @@ fn candidate(a: End<'_>, b: End<'_>) -> Option<Candidate> {
         regions: [a.region, b.region],
         centres: [a.centres, b.centres],
     };
-    let cost = solve::sphere(edge).cost;
-    cost.is_finite().then_some(Candidate {
-        cost,
+    let sphere = solve::sphere(edge);
+    sphere.cost.is_finite().then_some(Candidate {
+        sphere,
         ends: [a.slot, b.slot],
         stamps: [a.stamp, b.stamp],
         owner,
@@ -363,8 +362,7 @@ impl<'a> Collapse<'a> {
             regions: [&*a, &*b],
             centres: [self.sphere(u), self.sphere(v)],
         };
-        let sphere = solve::sphere(edge);
-        let centres = solve::centres(edge, &sphere);
+        let centres = solve::centres(edge, &pair.candidate.sphere);
         if watch && self.turns(u, v, &centres) {
             return None;
         }
@@ -379,11 +377,7 @@ impl<'a> Collapse<'a> {
         let edges = shared(near, self.input.groups, |k| candidate(here, self.end(k)?));
         let mut edges: Vec<Candidate> = edges.into_iter().flatten().collect();
         edges.sort_unstable();
-        Some(Made {
-            sphere,
-            centres,
-            edges,
-        })
+        Some(Made { centres, edges })
     }
 
     fn apply(&mut self, pair: Pair<'a>, made: Option<Made>) {
@@ -396,15 +390,15 @@ impl<'a> Collapse<'a> {
             self.turned.push(pair.candidate);
             return;
         };
-        let cost = made.sphere.cost;
+        let sphere = pair.candidate.sphere;
         let before = self.merges.last().map_or(0.0, |m| m.total);
         self.merges.push(Merge {
             children: [self.node[a], self.node[b]],
-            radius: made.sphere.radius as f32,
-            total: before + cost - (self.cost[a] + self.cost[b]),
+            radius: sphere.radius as f32,
+            total: before + sphere.cost - (self.cost[a] + self.cost[b]),
         });
         self.centres.extend(made.centres);
-        self.cost[a] = cost;
+        self.cost[a] = sphere.cost;
         self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
         self.topology.collapse(u, v);
         self.stamp[a] += 1;

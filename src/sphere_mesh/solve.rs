@@ -86,6 +86,9 @@ impl Reduced {
             bmb += block.b.dot(adjugate.times(block.b)) * inverse;
             c += block.c;
             // In degenerate frames the centre is on the edge; the others are blanked out.
+            if inverse.0.iter().all(|&i| i != 0.0) {
+                continue;
+            }
             let bad = inverse.map(|i| f64::from(u8::from(i == 0.0)));
             let (from, along) = edge.line(group);
             let (m_from, m_along) = (block.m.times(from), block.m.times(along));
