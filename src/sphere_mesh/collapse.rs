@@ -28,7 +28,7 @@ const SPHERES_EACH: usize = 64;
 
 /// Groups of frames to solve that are worth waking a thread for.
 const SHARE: usize = 64;
-/// Solutions that a collapse takes, about: its own, its neighbours' and the union of what belongs to its regions.
+/// Solutions that a collapse takes as long as, about: its new edges, its centres and the union of its regions.
 const SOLUTIONS: usize = 10;
 
 /// Does the same to all items, each of which takes as long as solving `groups`, on several threads where it pays.
