@@ -10,7 +10,7 @@ use std::{error::Error, path::PathBuf, time::Instant};
 
 use dermis::{
     asset::{Room, Sequence, load_sequence},
-    sphere_mesh::{BYTES_EACH, Decomposing, Options, Weighting, build, decompose},
+    sphere_mesh::{Decomposing, Options, Weighting, build, bytes_a_vertex, decompose},
 };
 
 use tube::tube;
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         measure("tube", &tube(100, 80, 48))?;
     }
     for file in files {
-        let sequence = load_sequence(&file, Room::available(BYTES_EACH))?;
+        let sequence = load_sequence(&file, Room::available(bytes_a_vertex))?;
         measure(&file.display().to_string(), &sequence)?;
     }
     Ok(())

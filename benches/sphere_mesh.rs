@@ -10,7 +10,7 @@ use std::{error::Error, path::PathBuf, time::Instant};
 
 use dermis::{
     asset::{Room, Sequence, load_sequence},
-    sphere_mesh::{BYTES_EACH, Options, build},
+    sphere_mesh::{Options, build, bytes_a_vertex},
 };
 
 use tube::tube;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     for file in files {
-        let sequence = load_sequence(&file, Room::available(BYTES_EACH))?;
+        let sequence = load_sequence(&file, Room::available(bytes_a_vertex))?;
         measure(&file.display().to_string(), &sequence)?;
     }
     Ok(())

@@ -17,7 +17,7 @@ use super::{
 use crate::{
     Error,
     asset::{ROW_LIMIT, Room, Sequence},
-    sphere_mesh::{self, BYTES_EACH, Hierarchy, Options},
+    sphere_mesh::{self, Hierarchy, Options, bytes_a_vertex},
 };
 
 /// Flag of a sphere-mesh: collapses may turn triangles over, instead of being put off.
@@ -307,7 +307,7 @@ unsafe fn sequence(desc: &dm_sequence_desc) -> Outcome<Sequence> {
     }
     let (vertices, frames) = (desc.vertices as usize, desc.frames as usize);
     let path = PathBuf::from("desc");
-    Room::available(BYTES_EACH).check(&path, vertices, frames)?;
+    Room::available(bytes_a_vertex).check(&path, vertices, frames)?;
     pointer::not_null(desc.positions, "desc.positions")?;
     let frame = |row: usize| -> Outcome<Vec<Vec3>> {
         // SAFETY: the caller's promise; a `Vec3` is three numbers.

@@ -64,7 +64,7 @@ mod tests {
         let model = asset::load(&path).unwrap();
         let room = Room {
             bytes: 1 << 30,
-            each: 12,
+            need: |frames| 12 * frames as u64,
         };
         let sequence = sequence(&model, 0, 10.0, room).unwrap();
         let wanted = (model.clips[0].seconds * 10.0 + 1e-3).floor() as usize + 1;

@@ -1,17 +1,21 @@
 //! Collapsing edges, cheapest first, until every component is one sphere (2016, section 4).
 
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::{
+    cmp::Ordering,
+    collections::{BinaryHeap, binary_heap::PeekMut},
+};
 
 use rayon::prelude::*;
 
 use super::{
     curvature::importance,
-    extent::Extents,
+    extent,
     hierarchy::{Hierarchy, Merge},
     input::Input,
-    lanes::{LANES, V4, X4},
+    lanes::{Points, V4, X4},
     options::Options,
-    quadric::Quadrics,
+    quadric,
+    region::Region,
     solve::{self, Edge},
     topology::Topology,
 };
@@ -22,28 +26,41 @@ const BATCH: usize = 128;
 /// Spheres that there must be for each of them.
 const SPHERES_EACH: usize = 64;
 
-/// Frames of solutions that are worth waking a thread for.
-const SHARE: usize = 1024;
+/// Groups of frames to solve that are worth waking a thread for.
+const SHARE: usize = 64;
+/// Solutions that a collapse takes as long as, about: its new edges, its centres and the union of its regions.
+const SOLUTIONS: usize = 10;
 
-/// Does the same to all items of `frames` each, on several threads where it pays.
-fn shared<T: Sync, R: Send>(
-    items: &[T],
-    frames: usize,
-    work: impl Fn(&T) -> R + Sync + Send,
+/// Does the same to all items, each of which takes as long as solving `groups`, on several threads where it pays.
+fn shared<T: Send, R: Send>(
+    items: Vec<T>,
+    groups: usize,
+    work: impl Fn(T) -> R + Sync + Send,
 ) -> Vec<R> {
-    if items.len() * frames < 2 * SHARE {
-        return items.iter().map(work).collect();
+    if items.len() * groups < 2 * SHARE {
+        return items.into_iter().map(work).collect();
     }
-    let part = SHARE.div_ceil(frames);
-    items.par_iter().with_min_len(part).map(work).collect()
+    let part = SHARE.div_ceil(groups);
+    let items = items.into_par_iter().with_min_len(part);
+    items.map(work).collect()
 }
 
 /// An edge of the queue; it is out of date when one of its ends has changed.
 #[derive(Clone, Copy, PartialEq)]
 struct Candidate {
-    cost: f64,
+    sphere: solve::Sphere,
     ends: [u32; 2],
     stamps: [u32; 2],
+    /// The end that has it in its list.
+    owner: u32,
+}
+
+impl Candidate {
+    /// Whether the owner has not changed since.
+    fn listed(&self, stamps: &[u32]) -> bool {
+        let mut ends = self.ends.iter().zip(self.stamps);
+        ends.any(|(&end, stamp)| end == self.owner && stamps[end as usize] == stamp)
+    }
 }
 
 impl Eq for Candidate {}
@@ -51,7 +68,7 @@ impl Eq for Candidate {}
 impl Ord for Candidate {
     /// The cheapest is the greatest; equal costs go by their ends, so that the order never depends on threads.
     fn cmp(&self, other: &Self) -> Ordering {
-        let costs = other.cost.total_cmp(&self.cost);
+        let costs = other.sphere.cost.total_cmp(&self.sphere.cost);
         costs.then_with(|| other.ends.cmp(&self.ends))
     }
 }
@@ -62,10 +79,32 @@ impl PartialOrd for Candidate {
     }
 }
 
+/// One end of an edge.
+#[derive(Clone, Copy)]
+struct End<'a> {
+    slot: u32,
+    stamp: u32,
+    region: &'a Region<'a>,
+    centres: &'a [Points],
+}
+
+/// An edge that collapses: the regions at its ends, of which the first becomes the union.
+struct Pair<'a> {
+    candidate: Candidate,
+    regions: [Region<'a>; 2],
+}
+
+/// What an edge becomes.
+struct Made {
+    centres: Vec<Points>,
+    /// The edges to its neighbours, cheapest last.
+    edges: Vec<Candidate>,
+}
+
 struct Collapse<'a> {
     input: &'a Input,
-    quadrics: Quadrics,
-    extents: Option<Extents>,
+    /// By slot; nothing where a slot lost its region, or where that is being united with another.
+    regions: Vec<Option<Region<'a>>>,
     topology: Topology,
     /// Node whose sphere a slot has.
     node: Vec<u32>,
@@ -73,11 +112,14 @@ struct Collapse<'a> {
     stamp: Vec<u32>,
     /// Cost of each slot's sphere.
     cost: Vec<f64>,
+    /// The cheapest edge of every slot that has any.
     queue: BinaryHeap<Candidate>,
+    /// The others of each slot, cheapest last. An edge is in the list of one end: the one that changed last.
+    lists: Vec<Vec<Candidate>>,
     /// Edges that would turn triangles over.
     turned: Vec<Candidate>,
-    /// Centres of the spheres that collapses made: `[collapse][axis][frame]`.
-    centres: Vec<f32>,
+    /// Centres of the spheres that collapses made: `[collapse][group]`.
+    centres: Vec<Points>,
     merges: Vec<Merge>,
     /// The last batch that touched a slot or its neighbours.
     touched: Vec<u32>,
@@ -92,25 +134,51 @@ pub(super) fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Hierarchy {
-    let importance = (options.curvature > 0.0).then(|| importance(&input, options.curvature));
-    let quadrics = Quadrics::cells(&input, importance.as_deref(), options.temporal);
-    drop(importance);
-    let weight = quadrics.sums.iter().map(|s| s.weight).sum::<f64>() * 0.5;
+    // On a thread of the pool: others join in sooner than when they are asked from outside.
+    let (centres, merges, weight) = rayon::scope(|_| collapse(&input, options, progress));
+    Hierarchy::new(input, &centres, merges, weight)
+}
+
+/// Centres of the spheres that collapses made, the collapses, and the weight of all planes.
+fn collapse(
+    input: &Input,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> (Vec<Points>, Vec<Merge>, f64) {
     let count = input.mesh.positions.len();
+    let mut quadrics = quadric::Storage::new(input, options.temporal > 0.0);
+    let importance = (options.curvature > 0.0).then(|| importance(input, options.curvature));
+    let quadrics = quadric::cells(
+        input,
+        importance.as_deref(),
+        options.temporal,
+        &mut quadrics,
+    );
+    drop(importance);
+    let weight = quadrics.iter().map(|q| q.sums.weight).sum::<f64>() * 0.5;
+    let mut extents = options.spheres.then(|| extent::Storage::new(input));
+    let extents = extents
+        .as_mut()
+        .map(|storage| extent::cells(input, storage));
+    let mut extents = extents.into_iter().flatten();
+    let regions = quadrics.into_iter().map(|quadric| {
+        let extent = extents.next();
+        Some(Region { quadric, extent })
+    });
     let mut collapse = Collapse {
-        quadrics,
-        extents: options.spheres.then(|| Extents::cells(&input)),
+        input,
+        regions: regions.collect(),
         topology: Topology::new(&input.mesh),
         node: (0..count as u32).collect(),
         stamp: vec![0; count],
         cost: vec![0.0; count],
         queue: BinaryHeap::new(),
+        lists: Vec::new(),
         turned: Vec::new(),
-        centres: Vec::with_capacity(count * 3 * input.stride),
+        centres: Vec::with_capacity(count * input.groups),
         merges: Vec::with_capacity(count),
         touched: vec![0; count],
         round: 0,
-        input: &input,
     };
     collapse.start();
     collapse.run(options.inversion, progress);
@@ -119,55 +187,60 @@ pub(super) fn build(
         done: count,
         total: count,
     });
-    let Collapse {
-        centres, merges, ..
-    } = collapse;
-    Hierarchy::new(input, centres, merges, weight)
+    (collapse.centres, collapse.merges, weight)
 }
 
-impl Collapse<'_> {
+/// Solves the edge between two ends, in the list of the first; nothing where it has no sphere.
+fn candidate(a: End<'_>, b: End<'_>) -> Option<Candidate> {
+    let owner = a.slot;
+    let (a, b) = if a.slot < b.slot { (a, b) } else { (b, a) };
+    let edge = Edge {
+        regions: [a.region, b.region],
+        centres: [a.centres, b.centres],
+    };
+    let sphere = solve::sphere(edge);
+    sphere.cost.is_finite().then_some(Candidate {
+        sphere,
+        ends: [a.slot, b.slot],
+        stamps: [a.stamp, b.stamp],
+        owner,
+    })
+}
+
+impl<'a> Collapse<'a> {
     /// Centres of a slot's sphere.
-    fn sphere(&self, slot: u32) -> &[f32] {
+    fn sphere(&self, slot: u32) -> &[Points] {
         let node = self.node[slot as usize] as usize;
         let count = self.input.mesh.positions.len();
         match node.checked_sub(count) {
             None => self.input.position(node),
-            Some(made) => {
-                let size = 3 * self.input.stride;
-                &self.centres[made * size..][..size]
-            }
+            Some(made) => &self.centres[made * self.input.groups..][..self.input.groups],
         }
     }
 
-    fn edge(&self, u: u32, v: u32) -> Edge<'_> {
-        [self.sphere(u), self.sphere(v)]
-    }
-
-    fn solve(&self, u: u32, v: u32) -> solve::Sphere {
-        let edge = self.edge(u, v);
-        let extents = self.extents.as_ref();
-        solve::sphere(&self.quadrics, extents, edge, u as usize, v as usize)
-    }
-
-    fn candidate(&self, a: u32, b: u32) -> Candidate {
-        let ends = [a.min(b), a.max(b)];
-        Candidate {
-            cost: self.solve(ends[0], ends[1]).cost,
-            ends,
-            stamps: ends.map(|v| self.stamp[v as usize]),
-        }
+    /// A slot that has a region.
+    fn end(&self, slot: u32) -> Option<End<'_>> {
+        Some(End {
+            slot,
+            stamp: self.stamp[slot as usize],
+            region: self.regions[slot as usize].as_ref()?,
+            centres: self.sphere(slot),
+        })
     }
 
     fn start(&mut self) {
         let count = self.input.mesh.positions.len() as u32;
         let this = &*self;
-        let candidates = (0..count).into_par_iter().flat_map_iter(|u| {
-            let later = this.topology.near(u).iter().filter(move |&&v| v > u);
-            later.map(move |&v| this.candidate(u, v))
+        let lists = (0..count).into_par_iter().map(|u| {
+            let later = this.topology.near(u).iter().filter(|&&v| v > u);
+            let edges = later.filter_map(|&v| candidate(this.end(u)?, this.end(v)?));
+            let mut edges: Vec<Candidate> = edges.collect();
+            edges.sort_unstable();
+            edges
         });
-        let candidates: Vec<Candidate> = candidates.collect();
-        let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
-        self.queue = finite.collect();
+        self.lists = lists.collect();
+        let cheapest = self.lists.iter_mut().filter_map(Vec::pop);
+        self.queue = cheapest.collect();
     }
 
     fn run(&mut self, inversion: bool, progress: &(dyn Fn(Progress) + Sync)) {
@@ -207,6 +280,31 @@ impl Collapse<'_> {
             && candidate.stamps.iter().all(|&s| s != DEAD)
     }
 
+    /// The cheapest edge. It stays in the queue.
+    fn cheapest(&mut self) -> Option<Candidate> {
+        loop {
+            let candidate = *self.queue.peek()?;
+            if self.current(&candidate) {
+                return Some(candidate);
+            }
+            self.next();
+        }
+    }
+
+    /// Replaces the first edge of the queue by the next in its list.
+    fn next(&mut self) {
+        let Some(mut first) = self.queue.peek_mut() else {
+            return;
+        };
+        let owner = first.owner as usize;
+        // A list that has been replaced has an edge of its own in the queue.
+        let same = first.listed(&self.stamp);
+        match self.lists[owner].pop_if(|_| same) {
+            Some(next) => *first = next,
+            None => drop(PeekMut::pop(first)),
+        }
+    }
+
     /// The cheapest edges that do not touch each other's surroundings, for threads to share: few against the spheres that
     /// are left, so that hardly any would have come later had their predecessors' new edges been known; one at coarse levels.
     fn batch(&mut self) -> Vec<Candidate> {
@@ -215,17 +313,14 @@ impl Collapse<'_> {
         let mut batch: Vec<Candidate> = Vec::new();
         self.round += 1;
         while batch.len() < most {
-            let Some(candidate) = self.queue.pop() else {
+            let Some(candidate) = self.cheapest() else {
                 break;
             };
-            if !self.current(&candidate) {
-                continue;
-            }
             let ends = candidate.ends;
             if ends.iter().any(|&v| self.touched[v as usize] == self.round) {
-                self.queue.push(candidate);
                 break;
             }
+            self.next();
             for v in ends {
                 self.touched[v as usize] = self.round;
                 for &k in self.topology.near(v) {
@@ -237,68 +332,101 @@ impl Collapse<'_> {
         batch
     }
 
-    /// Collapses the edges of a batch, but those that turn triangles over where this is watched.
+    /// Collapses the edges of a batch, but those that turn triangles over where this is watched. What one of them changes
+    /// none of the others sees.
     fn step(&mut self, batch: &[Candidate], watch: bool) {
+        let pairs = batch.iter().filter_map(|&candidate| {
+            let [u, v] = candidate
+                .ends
+                .map(|slot| self.regions[slot as usize].take());
+            let regions = [u?, v?];
+            Some(Pair { candidate, regions })
+        });
+        let pairs: Vec<Pair<'a>> = pairs.collect();
         let this = &*self;
-        let frames = this.input.stride;
-        let made = shared(batch, frames, |candidate| this.made(candidate, watch));
-        let mut edges = Vec::new();
-        for (candidate, made) in batch.iter().zip(made) {
-            let Some((sphere, centres)) = made else {
-                self.turned.push(*candidate);
-                continue;
-            };
-            self.apply(candidate.ends, &sphere, &centres);
-            let u = candidate.ends[0];
-            edges.extend(self.topology.near(u).iter().map(|&k| [u, k]));
+        let work = this.input.groups * SOLUTIONS;
+        let done = shared(pairs, work, |mut pair| {
+            let made = this.made(&mut pair, watch);
+            (pair, made)
+        });
+        for (pair, made) in done {
+            self.apply(pair, made);
         }
-        let this = &*self;
-        let candidates = shared(&edges, frames, |&[u, k]| this.candidate(u, k));
-        let finite = candidates.into_iter().filter(|c| c.cost.is_finite());
-        self.queue.extend(finite);
     }
 
-    /// The sphere that an edge becomes and its centres; nothing where that turns triangles over.
-    fn made(&self, candidate: &Candidate, watch: bool) -> Option<(solve::Sphere, Vec<f32>)> {
-        let [u, v] = candidate.ends;
-        let sphere = self.solve(u, v);
-        let mut made = vec![0.0; 3 * self.input.stride];
-        let (edge, a, b) = (self.edge(u, v), u as usize, v as usize);
-        solve::centres(&self.quadrics, edge, a, b, &sphere, &mut made);
-        (!watch || !self.turns(u, v, &made)).then_some((sphere, made))
+    /// Unites the regions of a pair; nothing where that turns triangles over.
+    fn made(&self, pair: &mut Pair<'a>, watch: bool) -> Option<Made> {
+        let [u, v] = pair.candidate.ends;
+        let [a, b] = &mut pair.regions;
+        let edge = Edge {
+            regions: [&*a, &*b],
+            centres: [self.sphere(u), self.sphere(v)],
+        };
+        let centres = solve::centres(edge, &pair.candidate.sphere);
+        if watch && self.turns(u, v, &centres) {
+            return None;
+        }
+        a.merge(b);
+        let here = End {
+            slot: u,
+            stamp: self.stamp[u as usize] + 1,
+            region: &*a,
+            centres: &centres,
+        };
+        let near = self.topology.around(u, v);
+        let edges = shared(near, self.input.groups, |k| candidate(here, self.end(k)?));
+        let mut edges: Vec<Candidate> = edges.into_iter().flatten().collect();
+        edges.sort_unstable();
+        Some(Made { centres, edges })
     }
 
-    fn apply(&mut self, [u, v]: [u32; 2], sphere: &solve::Sphere, centres: &[f32]) {
+    fn apply(&mut self, pair: Pair<'a>, made: Option<Made>) {
+        let [u, v] = pair.candidate.ends;
         let (a, b) = (u as usize, v as usize);
+        let [region, other] = pair.regions;
+        self.regions[a] = Some(region);
+        let Some(made) = made else {
+            self.regions[b] = Some(other);
+            self.turned.push(pair.candidate);
+            return;
+        };
+        let sphere = pair.candidate.sphere;
         let before = self.merges.last().map_or(0.0, |m| m.total);
         self.merges.push(Merge {
             children: [self.node[a], self.node[b]],
             radius: sphere.radius as f32,
             total: before + sphere.cost - (self.cost[a] + self.cost[b]),
         });
-        self.centres.extend(centres);
+        self.centres.extend(made.centres);
         self.cost[a] = sphere.cost;
         self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
-        self.quadrics.merge(a, b);
-        if let Some(extents) = &mut self.extents {
-            extents.merge(a, b);
-        }
         self.topology.collapse(u, v);
         self.stamp[a] += 1;
         self.stamp[b] = DEAD;
+        self.lists[b] = Vec::new();
+        self.lists[a] = made.edges;
+        self.queue.extend(self.lists[a].pop());
     }
 
     /// Whether large triangles turn over in many frames: Σ_f √(A A') n·n' < 0 for one of those that stay.
-    fn turns(&self, u: u32, v: u32, made: &[f32]) -> bool {
-        let stride = self.input.stride;
+    fn turns(&self, u: u32, v: u32, made: &[Points]) -> bool {
         self.topology.moved(u, v).any(|[moving, b, c]| {
             let [p, b, c] = [moving, b, c].map(|k| self.sphere(k));
+            let normals = |group: usize| {
+                let [p, q, b, c] = [p, made, b, c].map(|k| V4::widen(&k[group]));
+                ((b - p).cross(c - p), (b - q).cross(c - q))
+            };
+            // Hardly any turns in any frame, and roots are dear.
+            let mut groups = 0..made.len();
+            if !groups.any(|group| {
+                let (before, after) = normals(group);
+                before.dot(after).0.iter().any(|&x| x < 0.0)
+            }) {
+                return false;
+            }
             let mut sum = X4::default();
-            for at in (0..stride).step_by(LANES) {
-                let load = |from: &[f32]| V4::widen(from, stride, at);
-                let (q, b, c) = (load(made), load(b), load(c));
-                let before = (b - load(p)).cross(c - load(p));
-                let after = (b - q).cross(c - q);
+            for group in 0..made.len() {
+                let (before, after) = normals(group);
                 let sizes = before.dot(before) * after.dot(after);
                 // |n| is twice the area: √(A A') n·n' = N·N' / (2 √(|N| |N'|)).
                 let scale = sizes.map(|s| {

@@ -10,26 +10,23 @@ use super::{
 /// Greatest BBD² (κ₁² + κ₂²) that counts: a ball with 1/224 of the diagonal for its radius. Beyond are slivers.
 const SHARPEST: f64 = 1e5;
 
-/// (1 + BBD² (κ₁² + κ₂²))^`power` of each vertex in each frame, `[vertex][frame]`.
-pub(super) fn importance(input: &Input, power: f64) -> Vec<f32> {
-    let stride = input.stride;
-    let mut values = vec![0.0f32; input.mesh.positions.len() * stride];
-    let rows = values.par_chunks_exact_mut(stride).enumerate();
+/// (1 + BBD² (κ₁² + κ₂²))^`power` of each vertex in each frame, `[vertex][group]`.
+pub(super) fn importance(input: &Input, power: f64) -> Vec<[f32; LANES]> {
+    let mut values = vec![[0.0; LANES]; input.mesh.positions.len() * input.groups];
+    let rows = values.par_chunks_exact_mut(input.groups).enumerate();
     rows.for_each(|(v, row)| {
-        for at in (0..stride).step_by(LANES) {
+        for (group, values) in row.iter_mut().enumerate() {
             // Lengths are in units of the diagonal already.
-            let k = total(input, v, at);
-            for lane in 0..LANES {
-                row[at + lane] = (1.0 + k.0[lane].min(SHARPEST)).powf(power) as f32;
-            }
+            let k = total(input, v, group).map(|k| (1.0 + k.min(SHARPEST)).powf(power));
+            *values = k.narrow();
         }
     });
     values
 }
 
 /// κ₁² + κ₂² = 4 H² - 2 K of a vertex in four frames, at least 0.
-fn total(input: &Input, v: usize, at: usize) -> X4 {
-    let point = |v: u32| V4::widen(input.position(v as usize), input.stride, at);
+fn total(input: &Input, v: usize, group: usize) -> X4 {
+    let point = |v: u32| V4::widen(&input.position(v as usize)[group]);
     let here = point(v as u32);
     let mut laplacian = V4::default();
     let (mut area, mut deficit) = (X4::splat(1e-20), X4::splat(std::f64::consts::TAU));

@@ -1,36 +1,54 @@
 //! Extents of regions along fixed directions, whose least bounds a sphere's radius (2016, "Radius bound computation").
 
-use super::{input::Input, lanes::LANES};
+use rayon::prelude::*;
+
+use super::{
+    input::Input,
+    lanes::{LANES, Points, least, most, zip},
+};
 
 /// Three axes and a Fibonacci half-sphere.
-pub(super) const DIRECTIONS: usize = 33;
+const DIRECTIONS: usize = 33;
 /// Share of the width that a radius may have.
 const BOUND: f32 = 0.75;
 
-/// Extents of all regions. Frames are `stride` apart.
+/// What the extents of all regions are kept in. Without padding, for they take more memory than all else.
 #[derive(Debug)]
-pub(super) struct Extents {
-    stride: usize,
-    /// `[region][direction][high, low][frame]`.
+pub(super) struct Storage {
+    /// `[region][direction][forwards, backwards][frame]`.
     ends: Vec<f32>,
-    /// Least extent over the frames, `[region][direction]`: the union's is no less than its parts'.
+    /// `[region][direction]`.
     least: Vec<f32>,
-    /// Least extent of a region and where it is.
-    width: Vec<Width>,
 }
 
-#[derive(Clone, Copy, Debug)]
+impl Storage {
+    /// For barycentric cells.
+    pub(super) fn new(input: &Input) -> Self {
+        let rows = input.mesh.positions.len() * DIRECTIONS;
+        Self {
+            ends: vec![0.0; rows * 2 * input.frames],
+            least: vec![0.0; rows],
+        }
+    }
+}
+
+/// Extents of a region in all frames.
+#[derive(Debug)]
+pub(super) struct Extent<'a> {
+    frames: usize,
+    /// Greatest coordinates along each direction and against it: `[direction][forwards, backwards][frame]`.
+    ends: &'a mut [f32],
+    /// Least width over the frames along each direction: the union's is no less than its parts'.
+    least: &'a mut [f32],
+    width: Width,
+}
+
+/// Least width of a region and where it is.
+#[derive(Clone, Copy, Debug, Default)]
 struct Width {
     width: f32,
     direction: u32,
     frame: u32,
-}
-
-/// What [`Extents::cells`] fills for one region.
-struct Cell<'a> {
-    ends: &'a mut [f32],
-    least: &'a mut [f32],
-    width: &'a mut Width,
 }
 
 /// Unit vectors, one of each opposite pair.
@@ -52,192 +70,140 @@ fn directions() -> [[f32; 3]; DIRECTIONS] {
     all
 }
 
-impl Extents {
-    /// Extents of the barycentric cells: of a vertex, the middles of its edges and the centres of its triangles.
-    pub(super) fn cells(input: &Input) -> Self {
-        use rayon::prelude::*;
-        let (stride, count) = (input.stride, input.mesh.positions.len());
-        let size = DIRECTIONS * 2 * stride;
-        let mut extents = Self {
-            stride,
-            ends: vec![0.0; count * size],
-            least: vec![0.0; count * DIRECTIONS],
-            width: vec![
-                Width {
-                    width: 0.0,
-                    direction: 0,
-                    frame: 0
-                };
-                count
-            ],
-        };
-        let directions = directions();
-        let ends = extents.ends.par_chunks_exact_mut(size);
-        let least = extents.least.par_chunks_exact_mut(DIRECTIONS);
-        let rows = ends.zip(least).zip(&mut extents.width).enumerate();
-        rows.for_each_init(Vec::new, |scratch, (v, ((ends, least), width))| {
-            let mut cell = Cell { ends, least, width };
-            cell.fill(input, v, &directions, scratch);
-            cell.measure(stride);
+/// Extents of the barycentric cells: of a vertex, the middles of its edges and the centres of its triangles.
+pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'a>> {
+    let frames = input.frames;
+    let ends = storage.ends.chunks_exact_mut(DIRECTIONS * 2 * frames);
+    let rows = ends.zip(storage.least.chunks_exact_mut(DIRECTIONS));
+    let extents = rows.map(|(ends, least)| Extent {
+        frames,
+        ends,
+        least,
+        width: Width::default(),
+    });
+    let mut extents: Vec<Extent<'a>> = extents.collect();
+    let mut shadows = vec![[0.0; LANES]; input.positions.len()];
+    for (k, direction) in directions().iter().enumerate() {
+        let points = shadows.par_iter_mut().zip(&input.positions);
+        points.for_each(|(shadow, points)| *shadow = along(direction, points));
+        let cells = extents.par_iter_mut().enumerate();
+        cells.for_each(|(v, extent)| {
+            let ends = &mut extent.ends[k * 2 * frames..][..2 * frames];
+            cell(input, v, &shadows, ends);
         });
-        extents
     }
+    extents.par_iter_mut().for_each(Extent::measure);
+    extents
+}
 
-    fn ends(&self, region: usize) -> &[f32] {
-        let size = DIRECTIONS * 2 * self.stride;
-        &self.ends[region * size..][..size]
-    }
-
-    fn least(&self, region: usize) -> &[f32] {
-        &self.least[region * DIRECTIONS..][..DIRECTIONS]
-    }
-
-    /// No more than [`Extents::bound`], at no cost.
-    pub(super) fn bound_from_below(&self, u: usize, v: usize) -> f64 {
-        f64::from(BOUND * self.width[u].width.max(self.width[v].width))
+impl Extent<'_> {
+    /// No more than [`Extent::bound`], at no cost.
+    pub(super) fn bound_from_below(&self, other: &Self) -> f64 {
+        f64::from(BOUND * self.width.width.max(other.width.width))
     }
 
     /// Greatest radius of a sphere for the union of two regions.
-    pub(super) fn bound(&self, u: usize, v: usize) -> f64 {
-        let (a, b) = (self.ends(u), self.ends(v));
-        let stride = self.stride;
+    pub(super) fn bound(&self, other: &Self) -> f64 {
+        let size = 2 * self.frames;
         let at = |w: Width| {
-            let at = w.direction as usize * 2 * stride + w.frame as usize;
-            a[at].max(b[at]) - a[at + stride].min(b[at + stride])
+            let forwards = w.direction as usize * size + w.frame as usize;
+            let backwards = forwards + self.frames;
+            let end = |at: usize| self.ends[at].max(other.ends[at]);
+            end(forwards) + end(backwards)
         };
-        let mut best = at(self.width[u]).min(at(self.width[v]));
-        let least = self.least(u).iter().zip(self.least(v));
-        for (direction, (p, q)) in least.enumerate() {
+        let mut best = at(self.width).min(at(other.width));
+        let ends = self
+            .ends
+            .chunks_exact(size)
+            .zip(other.ends.chunks_exact(size));
+        let least = self.least.iter().zip(other.least.iter());
+        for ((a, b), (p, q)) in ends.zip(least) {
             if p.max(*q) < best {
-                let range = direction * 2 * stride..(direction + 1) * 2 * stride;
-                best = best.min(union_width(&a[range.clone()], &b[range], stride));
+                best = best.min(union_width(a, b));
             }
         }
         f64::from(BOUND * best)
     }
 
-    /// `u` becomes the union of both.
-    pub(super) fn merge(&mut self, u: usize, v: usize) {
-        let (stride, size) = (self.stride, DIRECTIONS * 2 * self.stride);
-        let (a, b) = two(&mut self.ends, size, u, v);
-        for (a, b) in a
-            .chunks_exact_mut(2 * stride)
-            .zip(b.chunks_exact(2 * stride))
-        {
-            let ((ah, al), (bh, bl)) = (a.split_at_mut(stride), b.split_at(stride));
-            ah.iter_mut()
-                .zip(bh)
-                .for_each(|(a, b)| *a = if *a > *b { *a } else { *b });
-            al.iter_mut()
-                .zip(bl)
-                .for_each(|(a, b)| *a = if *a < *b { *a } else { *b });
+    /// Becomes the union of both.
+    pub(super) fn merge(&mut self, other: &Self) {
+        for (a, b) in self.ends.iter_mut().zip(other.ends.iter()) {
+            *a = most(*a, *b);
         }
-        let mut cell = Cell {
-            ends: a,
-            least: &mut self.least[u * DIRECTIONS..][..DIRECTIONS],
-            width: &mut self.width[u],
-        };
-        cell.measure(stride);
-    }
-}
-
-/// Rows `u` (to change) and `v` of an array of rows of `size`.
-pub(super) fn two<T>(rows: &mut [T], size: usize, u: usize, v: usize) -> (&mut [T], &[T]) {
-    let (u, v) = (u * size, v * size);
-    if u < v {
-        let (head, tail) = rows.split_at_mut(v);
-        (&mut head[u..u + size], &tail[..size])
-    } else {
-        let (head, tail) = rows.split_at_mut(u);
-        (&mut tail[..size], &head[v..v + size])
-    }
-}
-
-fn union_width(a: &[f32], b: &[f32], stride: usize) -> f32 {
-    let ((ah, al), (bh, bl)) = (a.split_at(stride), b.split_at(stride));
-    let mut least = [f32::INFINITY; LANES];
-    for at in (0..stride).step_by(LANES) {
-        for (lane, least) in least.iter_mut().enumerate() {
-            let f = at + lane;
-            let high = if ah[f] > bh[f] { ah[f] } else { bh[f] };
-            let low = if al[f] < bl[f] { al[f] } else { bl[f] };
-            let width = high - low;
-            *least = if width < *least { width } else { *least };
-        }
-    }
-    least.into_iter().fold(f32::INFINITY, f32::min)
-}
-
-impl Cell<'_> {
-    fn fill(
-        &mut self,
-        input: &Input,
-        v: usize,
-        directions: &[[f32; 3]; DIRECTIONS],
-        scratch: &mut Vec<f32>,
-    ) {
-        let stride = input.stride;
-        // The vertex, the middles, the centres; in a fan every middle belongs to two triangles, and repeats do no harm.
-        let points: Vec<&[f32]> = std::iter::once(v)
-            .chain(input.mesh.corners.row(v).iter().map(|&u| u as usize))
-            .map(|u| input.position(u))
-            .collect();
-        scratch.clear();
-        scratch.resize(points.len() * stride, 0.0);
-        for (direction, ends) in directions
-            .iter()
-            .zip(self.ends.chunks_exact_mut(2 * stride))
-        {
-            for (point, shadow) in points.iter().zip(scratch.chunks_exact_mut(stride)) {
-                let (x, yz) = point.split_at(stride);
-                let (y, z) = yz.split_at(stride);
-                for f in 0..stride {
-                    shadow[f] = direction[0] * x[f] + direction[1] * y[f] + direction[2] * z[f];
-                }
-            }
-            let (here, others) = scratch.split_at(stride);
-            let (high, low) = ends.split_at_mut(stride);
-            high.copy_from_slice(here);
-            low.copy_from_slice(here);
-            for pair in others.chunks_exact(2 * stride) {
-                let (a, b) = pair.split_at(stride);
-                for f in 0..stride {
-                    let (p, q) = (0.5 * (here[f] + a[f]), 0.5 * (here[f] + b[f]));
-                    let c = (here[f] + a[f] + b[f]) * (1.0 / 3.0);
-                    let (pq, qp) = if p > q { (p, q) } else { (q, p) };
-                    let h = if c > pq { c } else { pq };
-                    let l = if c < qp { c } else { qp };
-                    high[f] = if h > high[f] { h } else { high[f] };
-                    low[f] = if l < low[f] { l } else { low[f] };
-                }
-            }
-        }
+        self.measure();
     }
 
-    fn measure(&mut self, stride: usize) {
-        let mut width = Width {
-            width: f32::INFINITY,
-            direction: 0,
-            frame: 0,
-        };
-        for (direction, (ends, least)) in self
-            .ends
-            .chunks_exact(2 * stride)
-            .zip(self.least.iter_mut())
-            .enumerate()
-        {
-            *least = union_width(ends, ends, stride);
-            if *least < width.width {
-                let (high, low) = ends.split_at(stride);
-                let mut pairs = high.iter().zip(low);
-                let frame = pairs.position(|(h, l)| h - l <= *least).unwrap_or(0);
-                width = Width {
+    /// Finds the least widths.
+    fn measure(&mut self) {
+        self.width.width = f32::INFINITY;
+        let ends = self.ends.chunks_exact(2 * self.frames);
+        for (direction, (ends, least)) in ends.zip(self.least.iter_mut()).enumerate() {
+            *least = union_width(ends, ends);
+            if *least < self.width.width {
+                let (forwards, backwards) = ends.split_at(self.frames);
+                let mut pairs = forwards.iter().zip(backwards);
+                let frame = pairs.position(|(a, b)| a + b <= *least).unwrap_or(0);
+                self.width = Width {
                     width: *least,
                     direction: direction as u32,
                     frame: frame as u32,
                 };
             }
         }
-        *self.width = width;
     }
+}
+
+/// Least width over the frames of the union of two regions along one direction, each `[forwards, backwards][frame]`.
+fn union_width(a: &[f32], b: &[f32]) -> f32 {
+    let (a, b) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
+    let rows = [a.0, a.1, b.0, b.1].map(|row| row.as_chunks::<LANES>());
+    let [(af, ra), (ab, sa), (bf, rb), (bb, sb)] = rows;
+    let mut lanes = [f32::INFINITY; LANES];
+    for ((af, ab), (bf, bb)) in af.iter().zip(ab).zip(bf.iter().zip(bb)) {
+        let width = zip(zip(*af, *bf, most), zip(*ab, *bb, most), add);
+        lanes = zip(lanes, width, least);
+    }
+    let rest = ra.iter().zip(rb).zip(sa.iter().zip(sb));
+    let rest = rest.map(|((af, bf), (ab, bb))| most(*af, *bf) + most(*ab, *bb));
+    rest.chain(lanes).fold(f32::INFINITY, least)
+}
+
+/// Coordinates of four points along a direction.
+fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
+    std::array::from_fn(|lane| d[0] * x[lane] + d[1] * y[lane] + d[2] * z[lane])
+}
+
+/// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
+fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [f32]) {
+    let (forwards, backwards) = ends.split_at_mut(input.frames);
+    let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));
+    for (group, (forwards, backwards)) in ends.enumerate() {
+        let at = |v: usize| shadows[v * input.groups + group];
+        let here = at(v);
+        // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
+        let (mut high, mut low) = (here, here);
+        let (mut highest, mut lowest) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
+        for pair in input.mesh.corners.row(v).chunks_exact(2) {
+            let (a, b) = (at(pair[0] as usize), at(pair[1] as usize));
+            let sum = zip(zip(here, a, add), b, add);
+            high = zip(high, zip(a, b, most), most);
+            low = zip(low, zip(a, b, least), least);
+            highest = zip(highest, sum, most);
+            lowest = zip(lowest, sum, least);
+        }
+        let end = |corner, sum, most: fn(f32, f32) -> f32| {
+            let middle = zip(here, corner, |here, corner| 0.5 * (here + corner));
+            let centre = zip(sum, middle, |sum, middle| most(sum * (1.0 / 3.0), middle));
+            zip(here, centre, most)
+        };
+        let (high, low) = (end(high, highest, most), end(low, lowest, least));
+        forwards.copy_from_slice(&high[..forwards.len()]);
+        for (to, low) in backwards.iter_mut().zip(low) {
+            *to = -low;
+        }
+    }
+}
+
+fn add(a: f32, b: f32) -> f32 {
+    a + b
 }

@@ -3,8 +3,13 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-use super::{input::Input, level::Level};
+use super::{
+    input::Input,
+    lanes::{LANES, Points},
+    level::Level,
+};
 use crate::{Error, Result, mesh::Csr};
 
 /// A collapse: two nodes become one.
@@ -44,22 +49,24 @@ pub struct Hierarchy {
     pub(super) centres: Vec<f32>,
 }
 
-/// Drops the frames that only fill groups of lanes.
-fn without_padding(rows: &mut Vec<f32>, stride: usize, frames: usize) {
-    let count = rows.len() / stride;
-    for row in 0..count {
-        rows.copy_within(row * stride..row * stride + frames, row * frames);
+/// `[axis][frame]` of the points of some groups, without the frames that only fill the last one.
+fn unpack(groups: &[Points], row: &mut [f32]) {
+    let frames = row.len() / 3;
+    for (k, axis) in row.chunks_exact_mut(frames).enumerate() {
+        for (to, points) in axis.chunks_mut(LANES).zip(groups) {
+            to.copy_from_slice(&points[k][..to.len()]);
+        }
     }
-    rows.truncate(count * frames);
-    rows.shrink_to_fit();
 }
 
 impl Hierarchy {
-    pub(super) fn new(input: Input, made: Vec<f32>, merges: Vec<Merge>, weight: f64) -> Self {
+    pub(super) fn new(input: Input, made: &[Points], merges: Vec<Merge>, weight: f64) -> Self {
         let vertices = input.mesh.positions.len();
-        let mut centres = input.positions;
-        centres.extend(made);
-        without_padding(&mut centres, input.stride, input.frames);
+        let mut centres = vec![0.0; (vertices + merges.len()) * 3 * input.frames];
+        let nodes = input.positions.par_chunks_exact(input.groups);
+        let nodes = nodes.chain(made.par_chunks_exact(input.groups));
+        let rows = centres.par_chunks_exact_mut(3 * input.frames);
+        rows.zip(nodes).for_each(|(row, node)| unpack(node, row));
         Self {
             vertex: input.vertex,
             triangles: input.mesh.triangles,

@@ -1,8 +1,9 @@
 //! A sequence made ready: welded, scaled, a vertex's frames side by side.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-use super::lanes::LANES;
+use super::lanes::{LANES, Points};
 use crate::{
     Error, Result,
     asset::Sequence,
@@ -23,10 +24,10 @@ pub(super) struct Input {
     /// Welded vertex of each row of the sequence.
     pub(super) vertex: Vec<u32>,
     pub(super) frames: usize,
-    /// Frames and those that fill the last group of lanes, which repeat the last frame.
-    pub(super) stride: usize,
-    /// `[vertex][axis][frame]`.
-    pub(super) positions: Vec<f32>,
+    /// Groups of four frames; the last frame is repeated where it does not fill its group.
+    pub(super) groups: usize,
+    /// `[vertex][group]`.
+    pub(super) positions: Vec<Points>,
     pub(super) origin: DVec3,
     /// Mean over the frames of the bounding box's diagonal.
     pub(super) diagonal: f64,
@@ -87,31 +88,32 @@ impl Input {
             return Err(Error::asset(&sequence.path, element, reason));
         }
         let frames = sequence.frames.len();
-        let stride = frames.next_multiple_of(LANES);
-        let mut positions = vec![0.0; mesh.positions.len() * 3 * stride];
-        for (place, &row) in positions.chunks_exact_mut(3 * stride).zip(&rows) {
-            for f in 0..stride {
+        let groups = frames.div_ceil(LANES);
+        let mut positions = vec![[[0.0; LANES]; 3]; mesh.positions.len() * groups];
+        let places = positions.par_chunks_exact_mut(groups).zip(&rows);
+        places.for_each(|(place, &row)| {
+            for f in 0..groups * LANES {
                 let p = sequence.frames[f.min(frames - 1)][row as usize].as_dvec3();
                 let p = (p - origin) / diagonal;
                 for k in 0..3 {
-                    place[k * stride + f] = p[k] as f32;
+                    place[f / LANES][k][f % LANES] = p[k] as f32;
                 }
             }
-        }
+        });
         Ok(Self {
             mesh,
             vertex,
             frames,
-            stride,
+            groups,
             positions,
             origin,
             diagonal,
         })
     }
 
-    /// `[axis][frame]` of a vertex.
-    pub(super) fn position(&self, vertex: usize) -> &[f32] {
-        &self.positions[vertex * 3 * self.stride..][..3 * self.stride]
+    /// Positions of a vertex, a group after the other.
+    pub(super) fn position(&self, vertex: usize) -> &[Points] {
+        &self.positions[vertex * self.groups..][..self.groups]
     }
 }
 

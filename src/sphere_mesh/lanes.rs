@@ -5,6 +5,30 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 /// Frames of a group.
 pub(super) const LANES: usize = 4;
 
+/// Numbers of four frames, as they are kept.
+pub(super) type Row = [f64; LANES];
+
+/// A point in each of four frames, as it is kept: `[axis][frame]`.
+pub(super) type Points = [[f32; LANES]; 3];
+
+/// The same of two numbers in each of four frames of single precision.
+#[inline(always)]
+pub(super) fn zip(a: [f32; LANES], b: [f32; LANES], f: impl Fn(f32, f32) -> f32) -> [f32; LANES] {
+    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])]
+}
+
+/// The greater of two; no instruction more than that, as neither is NaN.
+#[inline(always)]
+pub(super) fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lesser of two, likewise.
+#[inline(always)]
+pub(super) fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// One number in each of four frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct X4(pub(super) [f64; LANES]);
@@ -14,20 +38,17 @@ impl X4 {
         Self([x; LANES])
     }
 
-    /// The group at `at` of a slice.
+    /// Of single precision.
     #[inline(always)]
-    pub(super) fn load(from: &[f64], at: usize) -> Self {
-        let mut x = [0.0; LANES];
-        x.copy_from_slice(&from[at..at + LANES]);
-        Self(x)
+    pub(super) fn widen([a, b, c, d]: [f32; LANES]) -> Self {
+        Self([f64::from(a), f64::from(b), f64::from(c), f64::from(d)])
     }
 
-    /// The group at `at` of a slice of single precision.
+    /// To single precision.
     #[inline(always)]
-    pub(super) fn widen(from: &[f32], at: usize) -> Self {
-        let from = &from[at..at + LANES];
-        let [a, b, c, d] = [from[0], from[1], from[2], from[3]];
-        Self([f64::from(a), f64::from(b), f64::from(c), f64::from(d)])
+    pub(super) fn narrow(self) -> [f32; LANES] {
+        let [a, b, c, d] = self.0;
+        [a as f32, b as f32, c as f32, d as f32]
     }
 
     #[inline(always)]
@@ -85,24 +106,15 @@ impl Mul for X4 {
 pub(super) struct V4(pub(super) [X4; 3]);
 
 impl V4 {
-    /// The group at `at` of three rows of `stride` numbers.
     #[inline(always)]
-    pub(super) fn load(from: &[f64], stride: usize, at: usize) -> Self {
-        Self([
-            X4::load(from, at),
-            X4::load(from, stride + at),
-            X4::load(from, 2 * stride + at),
-        ])
+    pub(super) fn new([x, y, z]: [Row; 3]) -> Self {
+        Self([X4(x), X4(y), X4(z)])
     }
 
-    /// As [`V4::load`], of single precision.
+    /// Of single precision.
     #[inline(always)]
-    pub(super) fn widen(from: &[f32], stride: usize, at: usize) -> Self {
-        Self([
-            X4::widen(from, at),
-            X4::widen(from, stride + at),
-            X4::widen(from, 2 * stride + at),
-        ])
+    pub(super) fn widen([x, y, z]: &Points) -> Self {
+        Self([X4::widen(*x), X4::widen(*y), X4::widen(*z)])
     }
 
     #[inline(always)]
@@ -152,9 +164,8 @@ pub(super) struct S4(pub(super) [X4; 6]);
 
 impl S4 {
     #[inline(always)]
-    pub(super) fn load(from: &[f64], stride: usize, at: usize) -> Self {
-        let row = |k: usize| X4::load(from, k * stride + at);
-        Self([row(0), row(1), row(2), row(3), row(4), row(5)])
+    pub(super) fn new([a, b, c, d, e, f]: [Row; 6]) -> Self {
+        Self([X4(a), X4(b), X4(c), X4(d), X4(e), X4(f)])
     }
 
     #[inline(always)]

@@ -21,6 +21,7 @@ mod level;
 mod options;
 mod outer;
 mod quadric;
+mod region;
 mod shape;
 mod solve;
 #[cfg(test)]
@@ -42,8 +43,18 @@ pub use shape::{Ball, Shape};
 
 use crate::{Error, Result, asset::Sequence, report::Progress};
 
-/// Bytes that a build needs for one vertex in one frame, at most, the sequence included.
-pub const BYTES_EACH: u64 = 600;
+/// Bytes that a build needs for one vertex in so many frames, at most, the sequence included.
+pub fn bytes_a_vertex(frames: usize) -> u64 {
+    // The mesh, neighbours, triangles and edges of a region, and its least widths.
+    const REGION: u64 = 2048;
+    // The sequence and extents; positions, importance, quadrics with their temporal terms, and centres of what collapses make.
+    const FRAME: u64 = 12 + 264;
+    const PADDED: u64 = 12 + 4 + 128 + 12;
+    let padded = frames.div_ceil(lanes::LANES).saturating_mul(lanes::LANES) as u64;
+    REGION
+        .saturating_add(FRAME.saturating_mul(frames as u64))
+        .saturating_add(PADDED.saturating_mul(padded))
+}
 
 /// Builds the whole hierarchy of a sequence. Rows that coincide in every frame are one vertex; any number of components,
 /// boundaries and non-manifold edges are welcome; faces are counter-clockwise seen from outside, or no sphere has a radius.

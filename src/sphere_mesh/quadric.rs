@@ -3,13 +3,15 @@
 use rayon::prelude::*;
 
 use super::{
-    extent::two,
     input::Input,
-    lanes::{LANES, S4, V4, X4},
+    lanes::{LANES, Row, S4, V4, X4},
 };
 
-/// Numbers of a frame: M (xx xy xz yy yz zz), N, b.
-const BLOCK: usize = 12;
+/// M (xx xy xz yy yz zz), N and b of four frames.
+type Block = [Row; 12];
+
+/// Area σ and first moment σ c of four frames (Eq. 11).
+type Drift = [Row; 4];
 
 /// What all frames of a region share: W, B and c of Eq. 8.
 ///
@@ -21,21 +23,38 @@ pub(super) struct Sums {
     pub(super) constant: f64,
 }
 
-/// Quadrics of all regions, never with the temporal term, which would accumulate.
+/// What the quadrics of all regions are kept in, `[region][group]`.
 #[derive(Debug)]
-pub(super) struct Quadrics {
-    pub(super) stride: usize,
-    blocks: Vec<f64>,
-    pub(super) sums: Vec<Sums>,
-    /// Area σ and first moment σ c of each region and frame (Eq. 11), where temporal coherence is wanted.
-    drift: Option<Vec<f64>>,
+pub(super) struct Storage {
+    blocks: Vec<Block>,
+    /// Where temporal coherence is wanted, and empty otherwise.
+    drifts: Vec<Drift>,
+}
+
+impl Storage {
+    /// For barycentric cells; `temporal` says whether temporal coherence is wanted.
+    pub(super) fn new(input: &Input, temporal: bool) -> Self {
+        let count = input.positions.len();
+        Self {
+            blocks: vec![[[0.0; LANES]; 12]; count],
+            drifts: vec![[[0.0; LANES]; 4]; if temporal { count } else { 0 }],
+        }
+    }
+}
+
+/// The quadric of a region, without the temporal term, which would accumulate.
+#[derive(Debug)]
+pub(super) struct Quadric<'a> {
+    blocks: &'a mut [Block],
+    drifts: &'a mut [Drift],
+    pub(super) sums: Sums,
     /// δ of Eq. 12.
     delta: f64,
 }
 
 /// The sum of two regions' quadrics in four frames.
 #[derive(Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct Sum {
     pub(super) m: S4,
     pub(super) n: V4,
     pub(super) b: V4,
@@ -43,116 +62,120 @@ pub(super) struct Block {
     pub(super) c: X4,
 }
 
-impl Quadrics {
-    /// Quadrics of the barycentric cells; `importance` is `[vertex][frame]`, and `temporal` the weight of the temporal
-    /// term against the mean weight of the planes.
-    pub(super) fn cells(input: &Input, importance: Option<&[f32]>, temporal: f64) -> Self {
-        let (stride, count) = (input.stride, input.mesh.positions.len());
-        let mut quadrics = Self {
-            stride,
-            blocks: vec![0.0; count * BLOCK * stride],
-            sums: vec![Sums::default(); count],
-            drift: (temporal > 0.0).then(|| vec![0.0; count * 4 * stride]),
+/// Quadrics of the barycentric cells; `importance` is `[vertex][group]`, and `temporal` the weight of the temporal term
+/// against the mean weight of the planes.
+pub(super) fn cells<'a>(
+    input: &Input,
+    importance: Option<&[[f32; LANES]]>,
+    temporal: f64,
+    storage: &'a mut Storage,
+) -> Vec<Quadric<'a>> {
+    let groups = input.groups;
+    let blocks = storage.blocks.par_chunks_exact_mut(groups).enumerate();
+    let cells = blocks.map(|(v, blocks)| {
+        let (sums, area) = cell(input, v, importance, blocks);
+        let quadric = Quadric {
+            blocks,
+            drifts: &mut [],
+            sums,
             delta: 0.0,
         };
-        let blocks = quadrics.blocks.par_chunks_exact_mut(BLOCK * stride);
-        let areas: Vec<f64> = blocks
-            .zip(&mut quadrics.sums)
-            .enumerate()
-            .map(|(v, (block, sums))| cell(input, v, importance, block, sums))
-            .collect();
-        if let Some(drift) = &mut quadrics.drift {
-            let rows = drift.par_chunks_exact_mut(4 * stride).enumerate();
-            rows.for_each(|(v, row)| moments(input, v, row));
-            let weight: f64 = quadrics.sums.iter().map(|s| s.weight).sum();
-            let area: f64 = areas.iter().sum();
-            quadrics.delta = temporal * 0.5 * weight / area.max(f64::MIN_POSITIVE);
-        }
-        quadrics
+        (quadric, area)
+    });
+    let (mut quadrics, areas): (Vec<_>, Vec<f64>) = cells.unzip();
+    if temporal > 0.0 {
+        let weight: f64 = quadrics.iter().map(|q| q.sums.weight).sum();
+        let area: f64 = areas.iter().sum();
+        let delta = temporal * 0.5 * weight / area.max(f64::MIN_POSITIVE);
+        let drifts = storage.drifts.par_chunks_exact_mut(groups);
+        let rows = drifts.zip(&mut quadrics).enumerate();
+        rows.for_each(|(v, (drifts, quadric))| {
+            moments(input, v, drifts);
+            quadric.drifts = drifts;
+            quadric.delta = delta;
+        });
+    }
+    quadrics
+}
+
+impl Quadric<'_> {
+    /// Groups of four frames.
+    pub(super) fn groups(&self) -> usize {
+        self.blocks.len()
     }
 
-    fn row(&self, region: usize) -> &[f64] {
-        let size = BLOCK * self.stride;
-        &self.blocks[region * size..][..size]
-    }
-
-    /// The sum of both in the four frames from `at`, the temporal term included.
+    /// The sum of both in the four frames of a group, the temporal term included.
     #[inline(always)]
-    pub(super) fn sum(&self, u: usize, v: usize, at: usize) -> Block {
-        let (a, b, stride) = (self.row(u), self.row(v), self.stride);
-        let vector = |k: usize| {
-            let from = k * stride;
-            V4::load(&a[from..], stride, at) + V4::load(&b[from..], stride, at)
-        };
-        let mut block = Block {
-            m: S4::load(a, stride, at) + S4::load(b, stride, at),
-            n: vector(6),
-            b: vector(9),
+    pub(super) fn sum(&self, other: &Self, group: usize) -> Sum {
+        let m = |[a, b, c, d, e, f, ..]: &Block| S4::new([*a, *b, *c, *d, *e, *f]);
+        let n = |[.., x, y, z, _, _, _]: &Block| V4::new([*x, *y, *z]);
+        let b = |[.., x, y, z]: &Block| V4::new([*x, *y, *z]);
+        let (p, q) = (&self.blocks[group], &other.blocks[group]);
+        let mut sum = Sum {
+            m: m(p) + m(q),
+            n: n(p) + n(q),
+            b: b(p) + b(q),
             c: X4::default(),
         };
-        if let Some(drift) = &self.drift {
-            self.attach(&mut block, drift, u, v, at);
+        if !self.drifts.is_empty() {
+            sum.attach(&self.drifts[group], &other.drifts[group], self.delta);
         }
-        block
+        sum
     }
 
-    /// Adds Eq. 12.
-    fn attach(&self, block: &mut Block, drift: &[f64], u: usize, v: usize, at: usize) {
-        let stride = self.stride;
-        let row = |region: usize| &drift[region * 4 * stride..][..4 * stride];
-        let (a, b) = (row(u), row(v));
-        let area = X4::load(a, at) + X4::load(b, at);
-        let moment = V4::load(&a[stride..], stride, at) + V4::load(&b[stride..], stride, at);
-        let double = X4::splat(2.0 * self.delta);
-        for diagonal in [0, 3, 5] {
-            block.m.0[diagonal] += area * double;
-        }
-        block.b = block.b + moment.times(double);
-        let square = moment
-            .dot(moment)
-            .zip(area, |m, a| if a > 0.0 { m / a } else { 0.0 });
-        block.c = square * X4::splat(self.delta);
-    }
-
-    /// `u` becomes the sum of both.
-    pub(super) fn merge(&mut self, u: usize, v: usize) {
-        let add = |(a, b): (&mut f64, &f64)| *a += b;
-        let (a, b) = two(&mut self.blocks, BLOCK * self.stride, u, v);
-        a.iter_mut().zip(b).for_each(add);
-        if let Some(drift) = &mut self.drift {
-            let (a, b) = two(drift, 4 * self.stride, u, v);
-            a.iter_mut().zip(b).for_each(add);
-        }
-        let b = self.sums[v];
-        let a = &mut self.sums[u];
-        a.weight += b.weight;
-        a.offset += b.offset;
-        a.constant += b.constant;
+    /// Becomes the sum of both.
+    pub(super) fn merge(&mut self, other: &Self) {
+        let blocks = self.blocks.as_flattened_mut().as_flattened_mut();
+        add(blocks, other.blocks.as_flattened().as_flattened());
+        let drifts = self.drifts.as_flattened_mut().as_flattened_mut();
+        add(drifts, other.drifts.as_flattened().as_flattened());
+        self.sums.weight += other.sums.weight;
+        self.sums.offset += other.sums.offset;
+        self.sums.constant += other.sums.constant;
     }
 }
 
-/// Fills the quadric of a vertex; answers its area, all frames together.
+fn add(to: &mut [f64], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
+}
+
+impl Sum {
+    /// Adds Eq. 12.
+    fn attach(&mut self, p: &Drift, q: &Drift, delta: f64) {
+        let moment = |[_, x, y, z]: &Drift| V4::new([*x, *y, *z]);
+        let (area, moment) = (X4(p[0]) + X4(q[0]), moment(p) + moment(q));
+        let double = X4::splat(2.0 * delta);
+        for diagonal in [0, 3, 5] {
+            self.m.0[diagonal] += area * double;
+        }
+        self.b = self.b + moment.times(double);
+        let square = moment
+            .dot(moment)
+            .zip(area, |m, a| if a > 0.0 { m / a } else { 0.0 });
+        self.c = square * X4::splat(delta);
+    }
+}
+
+/// Fills the quadric of a vertex; answers what its frames share and its area, all frames together.
 fn cell(
     input: &Input,
     v: usize,
-    importance: Option<&[f32]>,
-    block: &mut [f64],
-    sums: &mut Sums,
-) -> f64 {
-    let stride = input.stride;
-    let point = |v: u32, at| V4::widen(input.position(v as usize), stride, at);
+    importance: Option<&[[f32; LANES]]>,
+    blocks: &mut [Block],
+) -> (Sums, f64) {
     let (mut weight, mut offset, mut constant, mut areas) =
         (X4::default(), X4::default(), X4::default(), X4::default());
-    for at in (0..stride).step_by(LANES) {
-        let here = point(v as u32, at);
-        let real = real_frames(input.frames, at);
+    for (group, block) in blocks.iter_mut().enumerate() {
+        let point = |v: u32| V4::widen(&input.position(v as usize)[group]);
+        let here = point(v as u32);
+        let real = real_frames(input.frames, group);
         let scale = match importance {
-            Some(k) => X4::widen(&k[v * stride..], at) * real,
+            Some(k) => X4::widen(k[v * input.groups + group]) * real,
             None => real,
         };
-        let mut sum = [X4::default(); BLOCK];
+        let mut sum = [X4::default(); 12];
         for corner in input.mesh.corners.row(v).chunks_exact(2) {
-            let (a, b) = (point(corner[0], at) - here, point(corner[1], at) - here);
+            let (a, b) = (point(corner[0]) - here, point(corner[1]) - here);
             let cross = a.cross(b);
             let twice = cross.dot(cross).map(f64::sqrt);
             let n = cross.times(twice.map(|x| if x > 1e-20 { 1.0 / x } else { 0.0 }));
@@ -185,44 +208,39 @@ fn cell(
             constant += w * height * height;
             areas += third * real;
         }
-        for (k, sum) in sum.iter().enumerate() {
-            block[k * stride + at..][..LANES].copy_from_slice(&sum.0);
-        }
+        *block = sum.map(|sum| sum.0);
     }
-    *sums = Sums {
+    let sums = Sums {
         weight: weight.sum(),
         offset: offset.sum(),
         constant: constant.sum(),
     };
-    areas.sum()
+    (sums, areas.sum())
 }
 
 /// 1 for frames that exist.
-fn real_frames(frames: usize, at: usize) -> X4 {
+fn real_frames(frames: usize, group: usize) -> X4 {
     X4(std::array::from_fn(|lane| {
-        f64::from(u8::from(at + lane < frames))
+        f64::from(u8::from(group * LANES + lane < frames))
     }))
 }
 
 /// Area of a vertex's barycentric cell and its moment: thirds of triangles, whose means are 11/18 of the way to the
 /// centre of the corner's cell: (22 here + 7 a + 7 b) / 36.
-fn moments(input: &Input, v: usize, row: &mut [f64]) {
-    let stride = input.stride;
-    let point = |v: u32, at| V4::widen(input.position(v as usize), stride, at);
-    for at in (0..stride).step_by(LANES) {
-        let here = point(v as u32, at);
+fn moments(input: &Input, v: usize, drifts: &mut [Drift]) {
+    for (group, drift) in drifts.iter_mut().enumerate() {
+        let point = |v: u32| V4::widen(&input.position(v as usize)[group]);
+        let here = point(v as u32);
         let (mut area, mut moment) = (X4::default(), V4::default());
         for corner in input.mesh.corners.row(v).chunks_exact(2) {
-            let (a, b) = (point(corner[0], at), point(corner[1], at));
+            let (a, b) = (point(corner[0]), point(corner[1]));
             let cross = (a - here).cross(b - here);
-            let third = cross.dot(cross).map(|x| x.sqrt() / 6.0) * real_frames(input.frames, at);
+            let third = cross.dot(cross).map(|x| x.sqrt() / 6.0) * real_frames(input.frames, group);
             let mean = here.times(X4::splat(22.0 / 36.0)) + (a + b).times(X4::splat(7.0 / 36.0));
             area += third;
             moment = moment + mean.times(third);
         }
-        let rows = [area, moment.0[0], moment.0[1], moment.0[2]];
-        for (k, x) in rows.iter().enumerate() {
-            row[k * stride + at..][..LANES].copy_from_slice(&x.0);
-        }
+        let [x, y, z] = moment.0;
+        *drift = [area.0, x.0, y.0, z.0];
     }
 }

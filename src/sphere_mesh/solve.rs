@@ -1,9 +1,9 @@
 //! The best animated sphere for the union of two regions (2016, Eq. 9 and appendix A).
 
 use super::{
-    extent::Extents,
-    lanes::{LANES, S4, V4, X4},
-    quadric::Quadrics,
+    lanes::{Points, S4, V4, X4},
+    quadric::Sum,
+    region::Region,
 };
 
 /// A block is degenerate where det M is less than this share of (trace M)³.
@@ -32,8 +32,31 @@ pub(super) struct Sphere {
     lambda: f64,
 }
 
-/// Spheres of two regions to merge: `[axis][frame]`.
-pub(super) type Edge<'a> = [&'a [f32]; 2];
+/// Two regions to merge and the centres of their spheres, a group after the other.
+#[derive(Clone, Copy)]
+pub(super) struct Edge<'a> {
+    pub(super) regions: [&'a Region<'a>; 2],
+    pub(super) centres: [&'a [Points]; 2],
+}
+
+impl Edge<'_> {
+    fn groups(&self) -> usize {
+        self.regions[0].quadric.groups()
+    }
+
+    #[inline(always)]
+    fn sum(&self, group: usize) -> Sum {
+        let [u, v] = self.regions;
+        u.quadric.sum(&v.quadric, group)
+    }
+
+    /// Where it begins, and the way to its end.
+    #[inline(always)]
+    fn line(&self, group: usize) -> (V4, V4) {
+        let [from, to] = self.centres.map(|c| V4::widen(&c[group]));
+        (from, to - from)
+    }
+}
 
 /// The quadric with the centres of all regular frames eliminated:
 /// ½ μ λ² + ν λ r + ½ w r² - β λ - γ r + base.
@@ -50,13 +73,12 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn new(quadrics: &Quadrics, edge: Edge<'_>, u: usize, v: usize) -> Self {
+    fn new(edge: Edge<'_>) -> Self {
         let zero = X4::default();
         let (mut nmn, mut nmb, mut bmb, mut c) = (zero, zero, zero, zero);
         let (mut mu, mut nu, mut beta, mut gamma, mut base) = (zero, zero, zero, zero, zero);
-        let stride = quadrics.stride;
-        for at in (0..stride).step_by(LANES) {
-            let block = quadrics.sum(u, v, at);
+        for group in 0..edge.groups() {
+            let block = edge.sum(group);
             let (adjugate, inverse) = inverse(&block.m);
             let mn = adjugate.times(block.n).times(inverse);
             nmn += block.n.dot(mn);
@@ -64,9 +86,11 @@ impl Reduced {
             bmb += block.b.dot(adjugate.times(block.b)) * inverse;
             c += block.c;
             // In degenerate frames the centre is on the edge; the others are blanked out.
+            if inverse.0.iter().all(|&i| i != 0.0) {
+                continue;
+            }
             let bad = inverse.map(|i| f64::from(u8::from(i == 0.0)));
-            let from = V4::widen(edge[0], stride, at);
-            let along = V4::widen(edge[1], stride, at) - from;
+            let (from, along) = edge.line(group);
             let (m_from, m_along) = (block.m.times(from), block.m.times(along));
             mu += m_along.dot(along) * bad;
             nu += block.n.dot(along) * bad;
@@ -75,7 +99,7 @@ impl Reduced {
             let half = m_from.times(X4::splat(0.5));
             base += (half - block.b).dot(from) * bad;
         }
-        let (a, b) = (quadrics.sums[u], quadrics.sums[v]);
+        let [a, b] = edge.regions.map(|r| r.quadric.sums);
         Self {
             mu: mu.sum(),
             nu: nu.sum(),
@@ -146,27 +170,21 @@ impl Reduced {
     }
 }
 
-/// The sphere of least cost for the union of `u` and `v`. The radius is bound by the width of the union, or 0 without
-/// `extents` (the classic quadric).
-pub(super) fn sphere(
-    quadrics: &Quadrics,
-    extents: Option<&Extents>,
-    edge: Edge<'_>,
-    u: usize,
-    v: usize,
-) -> Sphere {
-    let reduced = Reduced::new(quadrics, edge, u, v);
-    let mut sphere = match extents {
-        None => reduced.least(0.0),
-        Some(extents) => {
+/// The sphere of least cost for the union of two regions. The radius is bound by the width of the union, or 0 without
+/// extents (the classic quadric).
+pub(super) fn sphere(edge: Edge<'_>) -> Sphere {
+    let reduced = Reduced::new(edge);
+    let mut sphere = match edge.regions.map(|r| r.extent.as_ref()) {
+        [Some(u), Some(v)] => {
             // The exact bound is dear; where the best sphere of all is below what is known of it, it is not asked for.
             let sphere = reduced.least(f64::MAX);
-            if sphere.radius <= extents.bound_from_below(u, v) {
+            if sphere.radius <= u.bound_from_below(v) {
                 sphere
             } else {
-                reduced.least(extents.bound(u, v))
+                reduced.least(u.bound(v))
             }
         }
+        _ => reduced.least(0.0),
     };
     sphere.cost = if sphere.cost.is_finite() {
         sphere.cost.max(0.0)
@@ -176,30 +194,22 @@ pub(super) fn sphere(
     sphere
 }
 
-/// Centres of a sphere that [`sphere`] found, `[axis][frame]`.
-pub(super) fn centres(
-    quadrics: &Quadrics,
-    edge: Edge<'_>,
-    u: usize,
-    v: usize,
-    sphere: &Sphere,
-    out: &mut [f32],
-) {
-    let stride = quadrics.stride;
-    for at in (0..stride).step_by(LANES) {
-        let block = quadrics.sum(u, v, at);
+/// Centres of a sphere that [`sphere`] found, a group after the other.
+pub(super) fn centres(edge: Edge<'_>, sphere: &Sphere) -> Vec<Points> {
+    let centres = (0..edge.groups()).map(|group| {
+        let block = edge.sum(group);
         let (adjugate, inverse) = inverse(&block.m);
         let pull = block.b - block.n.times(X4::splat(sphere.radius));
         let free = adjugate.times(pull).times(inverse);
-        let from = V4::widen(edge[0], stride, at);
-        let along = V4::widen(edge[1], stride, at) - from;
+        let (from, along) = edge.line(group);
         let bound = from + along.times(X4::splat(sphere.lambda));
-        for k in 0..3 {
-            for lane in 0..LANES {
-                let good = inverse.0[lane] != 0.0;
-                let from = if good { free } else { bound };
-                out[k * stride + at + lane] = from.0[k].0[lane] as f32;
-            }
-        }
-    }
+        let good = |lane: usize| inverse.0[lane] != 0.0;
+        let axis = |k: usize| {
+            let (free, bound) = (free.0[k].0, bound.0[k].0);
+            let centre = |lane: usize| if good(lane) { free[lane] } else { bound[lane] };
+            X4(std::array::from_fn(centre)).narrow()
+        };
+        [axis(0), axis(1), axis(2)]
+    });
+    centres.collect()
 }

@@ -40,6 +40,14 @@ impl Topology {
         &self.near[slot as usize]
     }
 
+    /// Neighbours of two neighbours.
+    pub(super) fn around(&self, u: u32, v: u32) -> Vec<u32> {
+        let (first, second) = (self.near(u), self.near(v));
+        let more = second.iter().filter(|k| first.binary_search(k).is_err());
+        let all = first.iter().chain(more).copied();
+        all.filter(|&k| k != u && k != v).collect()
+    }
+
     /// Triangles that would change if `u` and `v` became one, and that would stay: the corner that moves and the two others.
     pub(super) fn moved(&self, u: u32, v: u32) -> impl Iterator<Item = [u32; 3]> {
         let of = move |slot: u32, other: u32| {

@@ -276,7 +276,7 @@ mod tests {
 
     const ROOM: Room = Room {
         bytes: 1 << 20,
-        each: 12,
+        need: |frames| 12 * frames as u64,
     };
 
     fn written(path: &Path) {

@@ -34,29 +34,28 @@ pub struct Sequence {
 pub struct Room {
     /// Bytes there are.
     pub bytes: u64,
-    /// Bytes that the work needs for one vertex in one frame.
-    pub each: u64,
+    /// Bytes that the work needs for one vertex in so many frames.
+    pub need: fn(frames: usize) -> u64,
 }
 
 impl Room {
     /// What the system says is available; no limit where it does not say.
-    pub fn available(each: u64) -> Self {
+    pub fn available(need: fn(frames: usize) -> u64) -> Self {
         let text = fs::read_to_string("/proc/meminfo").unwrap_or_default();
         let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"));
         let word = line.and_then(|l| l.split_ascii_whitespace().next());
         let kib: Option<u64> = word.and_then(|w| w.parse().ok());
         Self {
             bytes: kib.map_or(u64::MAX, |kib| kib * 1024),
-            each,
+            need,
         }
     }
 
     /// # Errors
     /// [`Error::Memory`] naming the sequence and both figures where it does not fit.
     pub fn check(&self, path: &Path, vertices: usize, frames: usize) -> Result<()> {
-        let bytes = (vertices as u64)
-            .saturating_mul(frames as u64)
-            .saturating_mul(self.each);
+        let each = (self.need)(frames);
+        let bytes = each.saturating_mul(vertices as u64);
         if bytes <= self.bytes {
             return Ok(());
         }
@@ -65,8 +64,8 @@ impl Room {
             class: "sequence",
             bytes,
             reason: format!(
-                "{vertices} vertices in {frames} frames at {} bytes each, but {} bytes are available",
-                self.each, self.bytes
+                "{vertices} vertices in {frames} frames at {each} bytes a vertex, but {} bytes are available",
+                self.bytes
             ),
         })
     }

@@ -4,7 +4,7 @@ use super::*;
 
 const ROOM: Room = Room {
     bytes: 1 << 20,
-    each: 12,
+    need: |frames| 12 * frames as u64,
 };
 
 fn npy(shape: &str, count: usize) -> Vec<u8> {
@@ -42,7 +42,7 @@ fn what_does_not_fit_is_refused_before_it_is_read() {
     let dir = folder();
     let small = Room {
         bytes: 71,
-        each: 12,
+        need: |frames| 12 * frames as u64,
     };
     let error = load_sequence(dir.path(), small).unwrap_err().to_string();
     for word in ["72 bytes", "3 vertices in 2 frames", "71 bytes"] {

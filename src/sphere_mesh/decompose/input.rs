@@ -8,7 +8,7 @@ use crate::{
     asset::Sequence,
     sphere_mesh::{
         hierarchy::Hierarchy,
-        lanes::{LANES, V4, X4},
+        lanes::{LANES, Points, V4, X4},
     },
 };
 
@@ -21,21 +21,21 @@ const LEAST_AREA: f64 = 1e-6;
 pub(super) struct Chunk {
     /// Frames; what fills the group repeats the last and has no area.
     pub(super) frames: usize,
-    /// `[vertex][axis][lane]`, in units of the diagonal about the origin.
-    positions: Vec<f32>,
-    /// Area of each vertex's barycentric cell, `[vertex][lane]`, as a share of the mean.
-    areas: Vec<f32>,
+    /// Of each vertex, in units of the diagonal about the origin.
+    positions: Vec<Points>,
+    /// Area of each vertex's barycentric cell, as a share of the mean.
+    areas: Vec<[f32; LANES]>,
 }
 
 impl Chunk {
     #[inline(always)]
     pub(super) fn position(&self, vertex: usize) -> V4 {
-        V4::widen(&self.positions[vertex * 3 * LANES..], LANES, 0)
+        V4::widen(&self.positions[vertex])
     }
 
     #[inline(always)]
     pub(super) fn area(&self, vertex: usize) -> X4 {
-        X4::widen(&self.areas, vertex * LANES)
+        X4::widen(self.areas[vertex])
     }
 }
 
@@ -158,19 +158,19 @@ fn check(hierarchy: &Hierarchy, first: &[usize], clip: &Sequence) -> Result<()> 
 }
 
 fn chunk(hierarchy: &Hierarchy, first: &[usize], frames: &[Vec<Vec3>]) -> Chunk {
-    let mut positions = vec![0.0; hierarchy.vertices * 3 * LANES];
-    for (place, &row) in positions.chunks_exact_mut(3 * LANES).zip(first) {
+    let mut positions = vec![[[0.0; LANES]; 3]; hierarchy.vertices];
+    for (place, &row) in positions.iter_mut().zip(first) {
         for lane in 0..LANES {
             let p = frames[lane.min(frames.len() - 1)][row].as_dvec3();
             let p = (p - hierarchy.origin) / hierarchy.diagonal;
             for k in 0..3 {
-                place[k * LANES + lane] = p[k] as f32;
+                place[k][lane] = p[k] as f32;
             }
         }
     }
     let mut chunk = Chunk {
         frames: frames.len(),
-        areas: vec![0.0; hierarchy.vertices * LANES],
+        areas: vec![[0.0; LANES]; hierarchy.vertices],
         positions,
     };
     for t in &hierarchy.triangles {
@@ -179,7 +179,7 @@ fn chunk(hierarchy: &Hierarchy, first: &[usize], frames: &[Vec<Vec3>]) -> Chunk 
         let third = n.dot(n).map(|square| square.sqrt() / 6.0);
         for v in t {
             for lane in 0..frames.len() {
-                chunk.areas[*v as usize * LANES + lane] += third.0[lane] as f32;
+                chunk.areas[*v as usize][lane] += third.0[lane] as f32;
             }
         }
     }
@@ -191,12 +191,12 @@ fn normalise(chunks: &mut [Chunk], vertices: usize) {
     let count: usize = chunks.iter().map(|c| c.frames * vertices).sum();
     let sum: f64 = chunks
         .iter()
-        .flat_map(|c| &c.areas)
+        .flat_map(|c| c.areas.as_flattened())
         .map(|a| f64::from(*a))
         .sum();
     let mean = (sum / count as f64).max(f64::MIN_POSITIVE);
     for chunk in chunks {
-        for areas in chunk.areas.chunks_exact_mut(LANES) {
+        for areas in &mut chunk.areas {
             for area in &mut areas[..chunk.frames] {
                 *area = (f64::from(*area) / mean).max(LEAST_AREA) as f32;
             }

@@ -238,7 +238,7 @@ fn the_character_plays_what_was_decomposed() {
         assert_eq!(back.warnings, Vec::<String>::new());
         let room = Room {
             bytes: u64::MAX,
-            each: 1,
+            need: |_| 1,
         };
         let played = crate::rig::sequence(&back, 0, 30.0, room).unwrap();
         assert_eq!(played.frames.len(), clips[0].frames.len());

@@ -24,7 +24,7 @@ fn report(args: &[&str]) -> Value {
 fn sequence(folder: &Path) -> Sequence {
     let room = Room {
         bytes: u64::MAX,
-        each: 1,
+        need: |_| 1,
     };
     load_sequence(folder, room).unwrap()
 }

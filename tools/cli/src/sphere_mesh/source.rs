@@ -61,7 +61,7 @@ impl Source {
 
 /// Reads or samples a sequence that fits into memory together with its build.
 pub(super) fn load(path: &Path, options: &ClipOptions) -> Result<Sequence> {
-    let room = Room::available(sphere_mesh::BYTES_EACH);
+    let room = Room::available(sphere_mesh::bytes_a_vertex);
     let extension = path.extension().and_then(|e| e.to_str());
     let gltf = extension.is_some_and(|e| ["glb", "gltf"].iter().any(|g| e.eq_ignore_ascii_case(g)));
     if !gltf || path.is_dir() {
