@@ -124,6 +124,17 @@ pub fn decompose(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Decomposition> {
     check(options, hierarchy, level)?;
+    // On a thread of the pool: others join in sooner than when they are asked from outside.
+    rayon::scope(|_| solve(hierarchy, level, clips, options, progress))
+}
+
+fn solve(
+    hierarchy: &Hierarchy,
+    level: &Level,
+    clips: &[Sequence],
+    options: &Decomposing,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Decomposition> {
     let frames = Frames::new(hierarchy, clips)?;
     let unit = |p: Vec3| (p.as_dvec3() - hierarchy.origin) / hierarchy.diagonal;
     let centre = |&node: &u32| unit(hierarchy.centre(node as usize, 0));
@@ -185,7 +196,7 @@ impl Work<'_> {
         while done < options.iterations && !converged {
             errors.push(self.motions(state).sqrt());
             let smooth = match options.weighting {
-                Weighting::Mixed => self.filter.apply(&state.skin),
+                Weighting::Mixed => self.filter.apply(&state.skin, self.centres.len()),
                 Weighting::Animation => state.skin.weights.clone(),
             };
             weights::improve(&self.frames, state, &smooth, options.weighting);
