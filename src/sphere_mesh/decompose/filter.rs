@@ -65,41 +65,60 @@ impl Filter {
     }
 
     /// Filtered weights in the slots of `skin`, sum 1 a vertex: what falls to other bones than a vertex's own is shared out.
-    pub(super) fn apply(&self, skin: &Skin) -> Vec<f64> {
-        let mut sums: Vec<Vec<(u32, f64)>> = vec![Vec::new(); self.samples];
+    pub(super) fn apply(&self, skin: &Skin, bones: usize) -> Vec<f64> {
         let mut mass = vec![0.0; self.samples];
-        for (v, &(sample, area)) in self.cells.iter().enumerate() {
+        for &(sample, area) in &self.cells {
             mass[sample as usize] += area;
-            let sums = &mut sums[sample as usize];
-            for (bone, weight) in skin.pairs(v) {
-                match sums.iter_mut().find(|s| s.0 == bone) {
-                    Some(sum) => sum.1 += area * weight,
-                    None => sums.push((bone, area * weight)),
-                }
+        }
+        let mut slots: Vec<Vec<(u32, u32)>> = vec![Vec::new(); bones];
+        for v in 0..skin.vertices() {
+            for (k, &bone) in skin.bones(v).iter().enumerate() {
+                slots[bone as usize].push((v as u32, k as u32));
             }
         }
-        for (sums, mass) in sums.iter_mut().zip(&mass) {
-            sums.iter_mut().for_each(|s| s.1 /= mass);
-        }
+        let one = |slots: &Vec<(u32, u32)>| self.spread(skin, slots, &mass);
+        let spread: Vec<Vec<f64>> = slots.par_iter().map(one).collect();
         let mut filtered = vec![0.0; skin.weights.len()];
-        let rows = filtered.par_chunks_mut(skin.width).enumerate();
-        rows.for_each(|(v, row)| {
-            let bones = skin.bones(v);
-            for &(sample, share) in &self.disks[v] {
-                for &(bone, weight) in &sums[sample as usize] {
-                    if let Some(k) = bones.iter().position(|&b| b == bone) {
-                        row[k] += f64::from(share) * weight;
-                    }
-                }
+        for (slots, spread) in slots.iter().zip(spread) {
+            for (&(v, k), weight) in slots.iter().zip(spread) {
+                filtered[v as usize * skin.width + k as usize] = weight;
             }
+        }
+        for (v, row) in filtered.chunks_exact_mut(skin.width).enumerate() {
             let sum: f64 = row.iter().sum();
             if sum > 1e-12 {
                 row.iter_mut().for_each(|w| *w /= sum);
             } else {
-                row[..bones.len()].copy_from_slice(skin.weights(v));
+                row[..skin.bones(v).len()].copy_from_slice(skin.weights(v));
             }
-        });
+        }
         filtered
+    }
+
+    /// One bone's filtered weights, at those vertices that may follow it: `slots` are these and their slots of it.
+    fn spread(&self, skin: &Skin, slots: &[(u32, u32)], mass: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.samples];
+        for &(v, k) in slots {
+            let (sample, area) = self.cells[v as usize];
+            sums[sample as usize] += area * skin.weights[v as usize * skin.width + k as usize];
+        }
+        sums.iter_mut().zip(mass).for_each(|(s, m)| *s /= m);
+        let disk = |&(v, _): &(u32, u32)| {
+            // Two sums, so that none waits for the other.
+            let mut sum = [0.0; 2];
+            let disk = &self.disks[v as usize];
+            let mut pairs = disk.chunks_exact(2);
+            for pair in &mut pairs {
+                for (sum, (sample, share)) in sum.iter_mut().zip(pair) {
+                    *sum += f64::from(*share) * sums[*sample as usize];
+                }
+            }
+            for (sample, share) in pairs.remainder() {
+                sum[0] += f64::from(*share) * sums[*sample as usize];
+            }
+            sum[0] + sum[1]
+        };
+        slots.iter().map(disk).collect()
     }
 }
 
@@ -160,5 +179,50 @@ impl Walk {
             .iter()
             .for_each(|&v| self.distance[v as usize] = f64::INFINITY);
         &self.found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sphere_mesh::tests::tube;
+
+    #[test]
+    fn filtered_weights_are_the_disks_means_shared_out_among_a_vertex_s_own_bones() {
+        let (points, triangles) = tube(40, 12, 0.0);
+        let mesh = Mesh::new(points, triangles);
+        let count = mesh.positions.len();
+        let areas: Vec<f64> = (0..count).map(|v| 1.0 + (v % 3) as f64).collect();
+        let filter = Filter::new(&mesh, &areas);
+        let list = |v: usize| match v % 4 {
+            0 => vec![(0, 1.0)],
+            1 => vec![(1, 0.25), (2, 0.75)],
+            2 => vec![(2, 0.5), (0, 0.5)],
+            _ => vec![(2, 0.1), (1, 0.3), (0, 0.6)],
+        };
+        let lists: Vec<Vec<(u32, f64)>> = (0..count).map(list).collect();
+        let skin = Skin::new(3, &lists);
+        let filtered = filter.apply(&skin, 3);
+        let mut means = vec![([0.0; 3], 0.0); filter.samples];
+        for (v, &(sample, area)) in filter.cells.iter().enumerate() {
+            let (sums, mass) = &mut means[sample as usize];
+            *mass += area;
+            skin.pairs(v)
+                .for_each(|(b, w)| sums[b as usize] += area * w);
+        }
+        for v in 0..count {
+            let share = |bone: u32| -> f64 {
+                let mean = |&(s, share): &(u32, f32)| {
+                    let (sums, mass) = &means[s as usize];
+                    f64::from(share) * sums[bone as usize] / mass
+                };
+                filter.disks[v].iter().map(mean).sum()
+            };
+            let sum: f64 = skin.bones(v).iter().map(|&b| share(b)).sum();
+            for (k, &bone) in skin.bones(v).iter().enumerate() {
+                let (found, wanted) = (filtered[v * 3 + k], share(bone) / sum);
+                assert!((found - wanted).abs() < 1e-9, "{v}: {found} {wanted}");
+            }
+        }
     }
 }

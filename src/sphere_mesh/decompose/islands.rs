@@ -1,5 +1,7 @@
 //! Every bone moves one connected piece of skin: weights that landed apart from the rest are given up.
 
+use rayon::prelude::*;
+
 use super::skin::{NONE, NOTHING, Skin};
 use crate::mesh::Csr;
 
@@ -8,8 +10,9 @@ use crate::mesh::Csr;
 pub(super) fn remove(skin: &mut Skin, ring: &Csr, bones: usize) -> bool {
     let mut bare = Vec::new();
     let mut changed = false;
-    for (bone, vertices) in skin.by_bone(bones).iter().enumerate() {
-        let piece = pieces(ring, vertices);
+    let lists = skin.by_bone(bones);
+    let all: Vec<Vec<usize>> = lists.par_iter().map(|list| pieces(ring, list)).collect();
+    for (bone, (vertices, piece)) in lists.iter().zip(all).enumerate() {
         let count = piece.iter().max().map_or(0, |p| p + 1);
         if count < 2 {
             continue;

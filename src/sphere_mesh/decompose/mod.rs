@@ -24,10 +24,10 @@ use self::{filter::Filter, input::Frames, skin::State, transforms::Bones};
 use super::{hierarchy::Hierarchy, level::Level};
 use crate::{Error, Result, asset::Sequence, mesh::Mesh, report::Progress};
 
-/// Iterations between two rest poses; after the second of each round bones are chosen anew.
+/// Iterations over which the error is watched; after the second of each such round bones are chosen anew.
 const ROUND: usize = 5;
 /// Rounds after which no bone is chosen anew.
-const CHOICES: usize = 6;
+const CHOICES: usize = 4;
 /// Rings of spheres around a vertex's own that it may follow.
 const RINGS: usize = 2;
 
@@ -62,7 +62,7 @@ impl Default for Decomposing {
         Self {
             influences: 4,
             iterations: 60,
-            tolerance: 4e-3,
+            tolerance: 5e-3,
             weighting: Weighting::Mixed,
             joints: 0.0,
         }
@@ -124,6 +124,17 @@ pub fn decompose(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Decomposition> {
     check(options, hierarchy, level)?;
+    // On a thread of the pool: others join in sooner than when they are asked from outside.
+    rayon::scope(|_| solve(hierarchy, level, clips, options, progress))
+}
+
+fn solve(
+    hierarchy: &Hierarchy,
+    level: &Level,
+    clips: &[Sequence],
+    options: &Decomposing,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Decomposition> {
     let frames = Frames::new(hierarchy, clips)?;
     let unit = |p: Vec3| (p.as_dvec3() - hierarchy.origin) / hierarchy.diagonal;
     let centre = |&node: &u32| unit(hierarchy.centre(node as usize, 0));
@@ -174,7 +185,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Motions, weights and, once a round, rest pose in turn; returns how often, and whether the tolerance ended it.
+    /// Motions, weights and rest pose in turn; returns how often, and whether the tolerance ended it.
     fn iterate(
         &self,
         state: &mut State,
@@ -185,7 +196,7 @@ impl Work<'_> {
         while done < options.iterations && !converged {
             errors.push(self.motions(state).sqrt());
             let smooth = match options.weighting {
-                Weighting::Mixed => self.filter.apply(&state.skin),
+                Weighting::Mixed => self.filter.apply(&state.skin, self.centres.len()),
                 Weighting::Animation => state.skin.weights.clone(),
             };
             weights::improve(&self.frames, state, &smooth, options.weighting);
@@ -193,9 +204,7 @@ impl Work<'_> {
             if done % ROUND == 2 && done < CHOICES * ROUND {
                 self.choose(state);
             }
-            if done.is_multiple_of(ROUND) {
-                rest::improve(&self.frames, state);
-            }
+            rest::improve(&self.frames, state);
             converged = settled(&errors, options.tolerance);
             progress(Progress {
                 stage: "decomposition",
@@ -282,12 +291,11 @@ impl Work<'_> {
     }
 }
 
-/// Whether the error of a whole round of iterations, from one rest pose to the next, fell by less than the tolerance for each.
-/// A single iteration may raise it: mixed weights do not follow the error alone.
+/// Whether the least error fell in the last round of iterations by less than the tolerance for each. A single one may raise
+/// it: mixed weights do not follow the error alone, and islands cost something where bones are chosen anew.
 fn settled(errors: &[f64], tolerance: f64) -> bool {
-    let Some(&last) = errors.last() else {
-        return false;
-    };
-    let before = errors.len().checked_sub(1 + ROUND);
-    before.is_some_and(|k| errors[k] - last <= ROUND as f64 * tolerance * errors[k])
+    let before = errors.len().saturating_sub(ROUND);
+    let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let (before, last) = (least(&errors[..before]), least(&errors[before..]));
+    before.is_finite() && before - last <= ROUND as f64 * tolerance * before
 }

@@ -3,25 +3,45 @@
 /// Most bones that one vertex can choose from.
 pub(super) const MOST: usize = 24;
 
-/// Minimises wᵀ A w − 2 bᵀ w over w ≥ 0, Σ w = 1 by an active set; A is symmetric and positive definite, row by row.
+/// Minimises wᵀ (A + ridge I) w − 2 bᵀ w over w ≥ 0, Σ w = 1 by an active set; A is symmetric, with `stride` numbers a row, and
+/// positive definite with the ridge.
 ///
 /// Starts from `w`, which must be feasible. Each step solves the equality problem on the positive weights; where that leaves
 /// the simplex, it stops at the boundary and drops the weight that reached 0; where it does not, it frees the weight whose
 /// multiplier is most negative. The cost falls with every step, so no set comes twice.
-pub(super) fn minimise(a: &[f64], b: &[f64], w: &mut [f64]) {
-    debug_assert!(w.len() <= MOST && a.len() == w.len() * w.len() && b.len() == w.len());
+pub(super) fn minimise(a: &[f64], stride: usize, ridge: f64, b: &[f64], w: &mut [f64]) {
+    debug_assert!(w.len() <= MOST.min(stride) && b.len() == w.len());
+    let a = Matrix {
+        cells: a,
+        stride,
+        ridge,
+    };
     // Most problems are small, and clearing memory for great ones would take most of the time.
     match w.len() {
-        0..=4 => on_simplex::<4>(a, b, w),
-        5..=8 => on_simplex::<8>(a, b, w),
-        _ => on_simplex::<MOST>(a, b, w),
+        0..=4 => on_simplex::<4>(&a, b, w),
+        5..=8 => on_simplex::<8>(&a, b, w),
+        _ => on_simplex::<MOST>(&a, b, w),
+    }
+}
+
+/// A + ridge I.
+struct Matrix<'a> {
+    cells: &'a [f64],
+    stride: usize,
+    ridge: f64,
+}
+
+impl Matrix<'_> {
+    fn at(&self, row: usize, column: usize) -> f64 {
+        let ridge = if row == column { self.ridge } else { 0.0 };
+        self.cells[row * self.stride + column] + ridge
     }
 }
 
 /// [`minimise`] for at most `N` weights.
-fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
+fn on_simplex<const N: usize>(a: &Matrix, b: &[f64], w: &mut [f64]) {
     let n = w.len();
-    let scale = (0..n).map(|k| a[k * n + k]).fold(0.0, f64::max);
+    let scale = (0..n).map(|k| a.at(k, k)).fold(0.0, f64::max);
     let mut free = [false; N];
     for k in 0..n {
         free[k] = w[k] > 0.0;
@@ -42,7 +62,7 @@ fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
             continue;
         }
         w.copy_from_slice(&target[..n]);
-        let gradient = |k: usize| (0..n).map(|l| a[k * n + l] * w[l]).sum::<f64>() - b[k];
+        let gradient = |k: usize| (0..n).map(|l| a.at(k, l) * w[l]).sum::<f64>() - b[k];
         let bound = (0..n).filter(|&k| !free[k]);
         let worst = bound.map(|k| (gradient(k) - multiplier, k));
         match worst.min_by(|x, y| x.0.total_cmp(&y.0)) {
@@ -55,8 +75,7 @@ fn on_simplex<const N: usize>(a: &[f64], b: &[f64], w: &mut [f64]) {
 /// The minimum on the free weights with Σ w = 1, and the multiplier of that constraint.
 ///
 /// With A x = b and A y = 1 it is x + s y with s = (1 − Σ x) / Σ y, and s is the multiplier.
-fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64; N], f64)> {
-    let n = free.len();
+fn on_free<const N: usize>(a: &Matrix, b: &[f64], free: &[bool]) -> Option<([f64; N], f64)> {
     let mut rows = [0; N];
     let m = chosen(free, &mut rows);
     let mut lower = [[0.0; N]; N];
@@ -65,7 +84,7 @@ fn on_free<const N: usize>(a: &[f64], b: &[f64], free: &[bool]) -> Option<([f64;
         *x = b[row];
     }
     let lower = &mut lower.as_flattened_mut()[..m * m];
-    factor(a, n, &rows[..m], lower)?;
+    factor(a, &rows[..m], lower)?;
     substitute(lower, &mut x[..m]);
     substitute(lower, &mut y[..m]);
     let sum = |v: &[f64]| v[..m].iter().sum::<f64>();
@@ -91,15 +110,15 @@ fn chosen(free: &[bool], rows: &mut [usize]) -> usize {
     m
 }
 
-/// Cholesky's factor of some rows and columns of A, which has `n`; nothing where that is not positive definite.
+/// Cholesky's factor of some rows and columns; nothing where that is not positive definite.
 #[inline(never)]
-fn factor(a: &[f64], n: usize, rows: &[usize], lower: &mut [f64]) -> Option<()> {
+fn factor(a: &Matrix, rows: &[usize], lower: &mut [f64]) -> Option<()> {
     let m = rows.len();
     for i in 0..m {
         for j in 0..=i {
             let (row, before) = (&lower[i * m..][..j], &lower[j * m..][..j]);
             let product = |(x, y): (&f64, &f64)| x * y;
-            let sum = a[rows[i] * n + rows[j]] - row.iter().zip(before).map(product).sum::<f64>();
+            let sum = a.at(rows[i], rows[j]) - row.iter().zip(before).map(product).sum::<f64>();
             if i != j {
                 lower[i * m + j] = sum / lower[j * m + j];
             } else if sum > 0.0 {
@@ -151,14 +170,17 @@ mod tests {
             let n = 1 + round % 12;
             let g: Vec<f64> = (0..n * n).map(|_| next()).collect();
             let mut a = vec![0.0; n * n];
+            // The same without ridge, in longer rows.
+            let mut plain = vec![f64::NAN; n * (n + 3)];
             for (k, cell) in a.iter_mut().enumerate() {
                 let (i, j) = (k / n, k % n);
                 *cell = (0..n).map(|l| g[i * n + l] * g[j * n + l]).sum();
+                plain[i * (n + 3) + j] = *cell;
                 *cell += if i == j { 1e-4 } else { 0.0 };
             }
             let b: Vec<f64> = (0..n).map(|_| next()).collect();
             let mut w = vec![1.0 / n as f64; n];
-            minimise(&a, &b, &mut w);
+            minimise(&plain, n + 3, 1e-4, &b, &mut w);
             assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{w:?}");
             assert!(w.iter().all(|x| *x >= 0.0), "{w:?}");
             let best = cost(&a, &b, &w);

@@ -1,11 +1,12 @@
 //! Motions of the bones with weights and rest pose fixed: bone by bone, frame by frame.
 
 use glam::{DMat3, DQuat, DVec3};
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::{
     input::{Chunk, Frames},
-    motion::{Fit, Motion},
+    motion::{Fit, Moments, Motion},
     skin::State,
 };
 use crate::{
@@ -68,37 +69,58 @@ pub(super) fn improve(frames: &Frames, state: &mut State, bones: &Bones) -> f64 
 }
 
 fn sweep(chunk: &Chunk, state: &State, motions: &mut [Motion], bones: &Bones) -> f64 {
-    let vertices = 0..state.rest.len();
-    let off = vertices.map(|v| state.skinned(motions, v) - chunk.position(v));
-    let mut off: Vec<V4> = off.collect();
+    let mut off = distances(chunk, state, motions);
     for (bone, list) in bones.vertices.iter().enumerate() {
         let before = motions[bone];
-        let mut fit = Fit::default();
+        let mut fit = left(chunk, &state.rest, list, &off).wanted(&before);
         for &(other, place, count) in &bones.joints[bone] {
             let count = X4::splat(count);
             fit.add(count, place, motions[other].apply(place).times(count));
         }
-        for &(v, weight) in list {
-            let (v, weight) = (v as usize, X4::splat(weight));
-            let p = state.rest[v];
-            // The others leave w y - off for this bone's w (R p + T).
-            let wanted = before.apply(p).times(weight) - off[v];
-            let mass = chunk.area(v) * weight;
-            fit.add(mass * weight, p, wanted.times(mass));
-        }
         solve(&fit, &mut motions[bone], chunk.frames);
-        let after = motions[bone];
-        for &(v, weight) in list {
-            let (v, weight) = (v as usize, X4::splat(weight));
-            let p = state.rest[v];
-            off[v] = off[v] + (after.apply(p) - before.apply(p)).times(weight);
-        }
+        shift(&mut off, &state.rest, list, &motions[bone].against(&before));
     }
     follow(motions, bones, chunk.frames);
-    let squares = off.iter().map(|d| d.dot(*d));
+    squares(&off).0[..chunk.frames].iter().sum()
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn squares(off: &[V4]) -> X4 {
     let mut sum = X4::default();
-    squares.for_each(|s| sum += s);
-    sum.0[..chunk.frames].iter().sum()
+    for off in off {
+        sum += off.dot(*off);
+    }
+    sum
+}
+
+/// How far every vertex is from where it should be.
+#[multiversion(targets("x86_64+avx2"))]
+fn distances(chunk: &Chunk, state: &State, motions: &[Motion]) -> Vec<V4> {
+    let mut off = Vec::with_capacity(state.rest.len());
+    for v in 0..state.rest.len() {
+        off.push(state.skinned(motions, v) - chunk.position(v));
+    }
+    off
+}
+
+/// What a bone's vertices say of its motion.
+#[multiversion(targets("x86_64+avx2"))]
+fn left(chunk: &Chunk, rest: &[DVec3], list: &[(u32, f64)], off: &[V4]) -> Moments {
+    let mut moments = Moments::default();
+    for &(v, weight) in list {
+        let v = v as usize;
+        moments.add(chunk.area(v) * X4::splat(weight), weight, rest[v], off[v]);
+    }
+    moments
+}
+
+/// Moves a bone's vertices by what its motion has changed.
+#[multiversion(targets("x86_64+avx2"))]
+fn shift(off: &mut [V4], rest: &[DVec3], list: &[(u32, f64)], change: &Motion) {
+    for &(v, weight) in list {
+        let v = v as usize;
+        off[v] = off[v] + change.apply(rest[v]).times(X4::splat(weight));
+    }
 }
 
 fn solve(fit: &Fit, motion: &mut Motion, frames: usize) {

@@ -1,14 +1,15 @@
 //! Weights with motions and rest pose fixed: vertex by vertex, mixed from the animation's and the geometry's (2016,
 //! section 6.2).
 
-use std::ops::Range;
-
+use glam::DVec3;
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::{
     Weighting,
-    input::Frames,
-    simplex::minimise,
+    input::{Chunk, Frames},
+    motion::Motion,
+    simplex::{MOST, minimise},
     skin::{NOTHING, Skin, State},
 };
 use crate::sphere_mesh::lanes::V4;
@@ -18,38 +19,18 @@ pub(super) const GAMMA: f64 = 1e-4;
 /// The same where weights are the animation's alone: decides what it leaves open.
 const GAMMA_ANIMATION: f64 = 1e-7;
 /// Vertices that share the motions of a chunk while these are at hand.
-const BLOCK: usize = 128;
+pub(super) const BLOCK: usize = 128;
 
-/// D of each of some vertices: D_kl = Σ_f μ (M_k p − x)·(M_l p − x). As weights sum to 1, wᵀ D w is the error of the vertex.
+/// D of each vertex: D_kl = Σ_f μ (M_k p − x)·(M_l p − x). As weights sum to 1, wᵀ D w is the error of the vertex.
 ///
 /// In this form nothing cancels: a vertex's distance to itself moved by one bone is small.
-pub(super) fn errors(
-    frames: &Frames,
-    state: &State,
-    skin: &Skin,
-    vertices: Range<usize>,
-) -> Vec<f64> {
+pub(super) fn errors(frames: &Frames, state: &State, skin: &Skin) -> Vec<f64> {
     let square = skin.width * skin.width;
-    let first = vertices.start;
-    let mut all = vec![0.0; vertices.len() * square];
+    let mut all = vec![0.0; frames.vertices * square];
     let blocks = all.par_chunks_mut(BLOCK * square).enumerate();
     blocks.for_each(|(block, rows)| {
-        let mut offs = vec![V4::default(); skin.width];
         for (chunk, motions) in frames.chunks.iter().zip(&state.motions) {
-            for (k, row) in rows.chunks_exact_mut(square).enumerate() {
-                let v = first + block * BLOCK + k;
-                let (p, x, area) = (state.rest[v], chunk.position(v), chunk.area(v));
-                let bones = skin.bones(v);
-                for (off, bone) in offs.iter_mut().zip(bones) {
-                    *off = motions[*bone as usize].apply(p) - x;
-                }
-                for k in 0..bones.len() {
-                    let weighted = offs[k].times(area);
-                    for l in 0..=k {
-                        row[k * skin.width + l] += weighted.dot(offs[l]).sum();
-                    }
-                }
-            }
+            add(chunk, motions, &state.rest, skin, block * BLOCK, rows);
         }
         for row in rows.chunks_exact_mut(square) {
             for k in 0..skin.width {
@@ -60,6 +41,33 @@ pub(super) fn errors(
         }
     });
     all
+}
+
+/// Adds a chunk's part to the lower halves of D, of vertices from `first` on.
+#[multiversion(targets("x86_64+avx2"))]
+fn add(
+    chunk: &Chunk,
+    motions: &[Motion],
+    rest: &[DVec3],
+    skin: &Skin,
+    first: usize,
+    rows: &mut [f64],
+) {
+    let mut offs = [V4::default(); MOST];
+    for (row, matrix) in rows.chunks_exact_mut(skin.width * skin.width).enumerate() {
+        let v = first + row;
+        let (p, x, area) = (rest[v], chunk.position(v), chunk.area(v));
+        let bones = skin.bones(v);
+        for (off, bone) in offs.iter_mut().zip(bones) {
+            *off = motions[*bone as usize].apply(p) - x;
+        }
+        for k in 0..bones.len() {
+            let weighted = offs[k].times(area);
+            for l in 0..=k {
+                matrix[k * skin.width + l] += weighted.dot(offs[l]).sum();
+            }
+        }
+    }
 }
 
 /// One vertex's problem.
@@ -87,22 +95,20 @@ impl Problem<'_> {
         slots.iter().flat_map(row).collect()
     }
 
-    /// Minimises α (wᵀ D w + γM |w − smooth|²) + (1 − α) γM |w − now|²; returns the weights.
-    pub(super) fn solve(&self, alpha: f64, smooth: &[f64], now: &[f64]) -> Vec<f64> {
-        let n = now.len();
-        let mut a = vec![0.0; n * n];
-        for (k, row) in a.chunks_exact_mut(n).enumerate() {
-            for (l, cell) in row.iter_mut().enumerate() {
-                *cell = alpha * self.errors[k * self.width + l];
-            }
-            row[k] += self.hold;
+    /// Minimises α (wᵀ D w + γM |w − smooth|²) + (1 − α) γM |w − now|² into `w`.
+    pub(super) fn solve(&self, alpha: f64, smooth: &[f64], now: &[f64], w: &mut [f64]) {
+        w.copy_from_slice(now);
+        if alpha <= 0.0 {
+            return;
         }
-        let target = |(s, w): (&f64, &f64)| self.hold * (alpha * s + (1.0 - alpha) * w);
-        let b: Vec<f64> = smooth.iter().zip(now).map(target).collect();
-        let mut w = now.to_vec();
-        minimise(&a, &b, &mut w);
-        tidy(&mut w);
-        w
+        // Over α: wᵀ D w + r |w|² − 2 r bᵀ w, where r = γM / α and b = α smooth + (1 − α) now.
+        let ridge = self.hold / alpha;
+        let mut b = [0.0; MOST];
+        for (b, (smooth, now)) in b.iter_mut().zip(smooth.iter().zip(now)) {
+            *b = ridge * (alpha * smooth + (1.0 - alpha) * now);
+        }
+        minimise(self.errors, self.width, ridge, &b[..w.len()], w);
+        tidy(w);
     }
 }
 
@@ -115,18 +121,9 @@ pub(super) fn tidy(w: &mut [f64]) {
     w.iter_mut().for_each(|w| *w /= sum);
 }
 
-/// The weights that fit the animation best, and what α needs to know of them.
-struct Best {
-    weights: Vec<f64>,
-    /// How much the error falls.
-    gain: f64,
-    /// Square of the weights' change.
-    change: f64,
-}
-
 /// One step of the weights; `smooth` are the filtered ones.
 pub(super) fn improve(frames: &Frames, state: &mut State, smooth: &[f64], kind: Weighting) {
-    let all = errors(frames, state, &state.skin, 0..frames.vertices);
+    let all = errors(frames, state, &state.skin);
     let skin = &state.skin;
     let width = skin.width;
     let gamma = match kind {
@@ -139,31 +136,29 @@ pub(super) fn improve(frames: &Frames, state: &mut State, smooth: &[f64], kind: 
         hold: gamma * frames.weight[v],
     };
     let smooth = |v: usize| &smooth[v * width..][..skin.bones(v).len()];
-    let best = |v: usize| {
+    let mut new = vec![0.0; skin.weights.len()];
+    // The animation's weights, by how much the error falls with them, and the square of their change.
+    let best = |(v, row): (usize, &mut [f64])| {
         let (problem, now) = (problem(v), skin.weights(v));
-        let weights = problem.solve(1.0, smooth(v), now);
-        let before = problem.error(now);
-        let gain = (before - problem.error(&weights)).max(0.0);
-        let change = weights.iter().zip(now).map(|(a, b)| (a - b).powi(2)).sum();
-        Best {
-            weights,
-            gain,
-            change,
-        }
+        let row = &mut row[..now.len()];
+        problem.solve(1.0, smooth(v), now, row);
+        let gain = (problem.error(now) - problem.error(row)).max(0.0);
+        let change = row.iter().zip(now).map(|(a, b)| (a - b).powi(2)).sum();
+        (gain, change)
     };
-    let mut best: Vec<Best> = (0..skin.vertices()).into_par_iter().map(best).collect();
+    let rows = new.par_chunks_mut(width).enumerate();
+    let best: Vec<(f64, f64)> = rows.map(best).collect();
     if kind == Weighting::Mixed {
-        let gain = best.iter().map(|b| b.gain).fold(0.0, f64::max);
-        let change = best.iter().map(|b| b.change).fold(0.0, f64::max);
-        best.par_iter_mut().enumerate().for_each(|(v, best)| {
-            let alpha = alpha(share(best.gain, gain), share(best.change, change));
-            best.weights = problem(v).solve(alpha, smooth(v), skin.weights(v));
+        let gain = best.iter().map(|b| b.0).fold(0.0, f64::max);
+        let change = best.iter().map(|b| b.1).fold(0.0, f64::max);
+        let rows = new.par_chunks_mut(width).zip(&best).enumerate();
+        rows.for_each(|(v, (row, best))| {
+            let now = skin.weights(v);
+            let alpha = alpha(share(best.0, gain), share(best.1, change));
+            problem(v).solve(alpha, smooth(v), now, &mut row[..now.len()]);
         });
     }
-    let rows = state.skin.weights.chunks_exact_mut(width);
-    for (row, best) in rows.zip(best) {
-        row[..best.weights.len()].copy_from_slice(&best.weights);
-    }
+    state.skin.weights = new;
 }
 
 /// 0 of 0 where nothing is.
