@@ -219,8 +219,6 @@ fn a_gallop_is_nearer_to_spheres_than_to_triangles() {
         "46",
         "--frames",
         "2",
-        "--connectivity",
-        "collapsed",
         "--against",
         &gallop,
         "--json",

@@ -75,27 +75,33 @@ struct LevelOptions {
     /// build, in % of the bounding box's diagonal.
     #[arg(long, value_name = "E", conflicts_with = "spheres", value_parser = crate::parse::not_negative)]
     error: Option<f32>,
-    /// How the level's spheres are joined: as the nearest regions of the mesh touch, or as the collapses left them.
-    #[arg(long, value_enum, default_value = "nearest")]
-    connectivity: Connectivity,
+    /// How the level's spheres are joined; `collapsed` where not given, for `rig`, which joins bones, `nearest`.
+    #[arg(long, value_enum)]
+    connectivity: Option<Connectivity>,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 enum Connectivity {
-    /// Every vertex goes to the nearest of its sphere and that one's neighbours first
-    Nearest,
-    /// As the collapses left it
+    /// As the collapses left the regions, which is most often nearer to the mesh
     Collapsed,
+    /// As regions touch once every vertex went to the nearest of its sphere and that one's neighbours
+    Nearest,
 }
 
 impl LevelOptions {
     fn open(&self, hierarchy: &Hierarchy) -> Result<Level> {
+        self.open_as(hierarchy, Connectivity::Collapsed)
+    }
+
+    /// Joined like this where nothing else is said.
+    fn open_as(&self, hierarchy: &Hierarchy, connectivity: Connectivity) -> Result<Level> {
         let spheres = match (self.spheres, self.error) {
             (Some(spheres), _) => spheres,
             (None, Some(error)) => hierarchy.spheres_for(f64::from(error)),
             (None, None) => return Err(Error::argument("--spheres", "not given")),
         };
-        self.connectivity.open(hierarchy, spheres)
+        let connectivity = self.connectivity.unwrap_or(connectivity);
+        connectivity.open(hierarchy, spheres)
     }
 }
 
@@ -104,8 +110,8 @@ impl Connectivity {
     fn open(self, hierarchy: &Hierarchy, spheres: usize) -> Result<Level> {
         let level = hierarchy.level(spheres)?;
         Ok(match self {
-            Self::Nearest => level.optimised(hierarchy),
             Self::Collapsed => level,
+            Self::Nearest => level.optimised(hierarchy),
         })
     }
 }

@@ -52,8 +52,8 @@ pub(crate) struct Args {
     /// Several numbers of spheres, a labelled picture each.
     #[arg(long, value_delimiter = ',', value_name = "N,…", conflicts_with_all = ["spheres", "error"])]
     compare: Vec<usize>,
-    /// How a level's spheres are joined: as the nearest regions of the mesh touch, or as the collapses left them.
-    #[arg(long, value_enum, default_value = "nearest")]
+    /// How a level's spheres are joined.
+    #[arg(long, value_enum, default_value = "collapsed")]
     connectivity: Connectivity,
     /// What to draw, side by side where there are several.
     #[arg(

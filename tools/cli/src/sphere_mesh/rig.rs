@@ -13,7 +13,7 @@ use dermis::{
 use serde::Serialize;
 
 use super::{
-    InputFile, LevelOptions, check_places,
+    Connectivity, InputFile, LevelOptions, check_places,
     source::{self, ClipOptions},
 };
 use crate::{
@@ -134,7 +134,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     check_output(&args.output)?;
     let begin = Instant::now();
     let hierarchy = args.input.load()?;
-    let level = args.level.open(&hierarchy)?;
+    let level = args.level.open_as(&hierarchy, Connectivity::Nearest)?;
     let load = |path: &PathBuf| source::load(path, &args.clip);
     let clips: Result<Vec<Sequence>> = args.sequences.iter().map(load).collect();
     let clips = clips?;
