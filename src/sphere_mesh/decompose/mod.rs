@@ -28,6 +28,8 @@ use crate::{Error, Result, asset::Sequence, mesh::Mesh, report::Progress};
 const ROUND: usize = 5;
 /// Rounds after which no bone is chosen anew.
 const CHOICES: usize = 4;
+/// Iterations before the rest pose is fitted: it would take up what bones and weights explain once they have been chosen.
+const REST_FROM: usize = 2 * ROUND;
 /// Rings of spheres around a vertex's own that it may follow.
 const RINGS: usize = 2;
 
@@ -185,7 +187,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Motions, weights and rest pose in turn; returns how often, and whether the tolerance ended it.
+    /// Motions, weights and, later, rest pose in turn; returns how often, and whether the tolerance ended it.
     fn iterate(
         &self,
         state: &mut State,
@@ -204,7 +206,9 @@ impl Work<'_> {
             if done % ROUND == 2 && done < CHOICES * ROUND {
                 self.choose(state);
             }
-            rest::improve(&self.frames, state);
+            if done >= REST_FROM {
+                rest::improve(&self.frames, state);
+            }
             converged = settled(&errors, options.tolerance);
             progress(Progress {
                 stage: "decomposition",
