@@ -12,13 +12,16 @@ const DIRECTIONS: usize = 33;
 /// Share of the width that a radius may have.
 const BOUND: f32 = 0.75;
 
-/// What the extents of all regions are kept in. Without padding, for they take more memory than all else.
+/// Steps from the middle of a frame to its farthest point: a width of twice that is a number still.
+const STEPS: f32 = 16_000.0;
+
+/// What the extents of all regions are kept in, in steps and without padding, for they take more memory than all else.
 #[derive(Debug)]
 pub(super) struct Storage {
     /// `[region][direction][forwards, backwards][frame]`.
-    ends: Vec<f32>,
+    ends: Vec<i16>,
     /// `[region][direction]`.
-    least: Vec<f32>,
+    least: Vec<i16>,
 }
 
 impl Storage {
@@ -26,27 +29,30 @@ impl Storage {
     pub(super) fn new(input: &Input) -> Self {
         let rows = input.mesh.positions.len() * DIRECTIONS;
         Self {
-            ends: vec![0.0; rows * 2 * input.frames],
-            least: vec![0.0; rows],
+            ends: vec![0; rows * 2 * input.frames],
+            least: vec![0; rows],
         }
     }
 }
 
-/// Extents of a region in all frames.
+/// Extents of a region in all frames, in steps.
 #[derive(Debug)]
 pub(super) struct Extent<'a> {
     frames: usize,
-    /// Greatest coordinates along each direction and against it: `[direction][forwards, backwards][frame]`.
-    ends: &'a mut [f32],
+    /// Length of a step.
+    step: f32,
+    /// Greatest coordinates along each direction and against it, from the middle of the frame:
+    /// `[direction][forwards, backwards][frame]`.
+    ends: &'a mut [i16],
     /// Least width over the frames along each direction: the union's is no less than its parts'.
-    least: &'a mut [f32],
+    least: &'a mut [i16],
     width: Width,
 }
 
 /// Least width of a region and where it is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Width {
-    width: f32,
+    width: i16,
     direction: u32,
     frame: u32,
 }
@@ -73,10 +79,13 @@ fn directions() -> [[f32; 3]; DIRECTIONS] {
 /// Extents of the barycentric cells: of a vertex, the middles of its edges and the centres of its triangles.
 pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'a>> {
     let frames = input.frames;
+    let middles = middles(input);
+    let step = reach(input, &middles) / STEPS;
     let ends = storage.ends.chunks_exact_mut(DIRECTIONS * 2 * frames);
     let rows = ends.zip(storage.least.chunks_exact_mut(DIRECTIONS));
     let extents = rows.map(|(ends, least)| Extent {
         frames,
+        step,
         ends,
         least,
         width: Width::default(),
@@ -84,8 +93,12 @@ pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'
     let mut extents: Vec<Extent<'a>> = extents.collect();
     let mut shadows = vec![[0.0; LANES]; input.positions.len()];
     for (k, direction) in directions().iter().enumerate() {
-        let points = shadows.par_iter_mut().zip(&input.positions);
-        points.for_each(|(shadow, points)| *shadow = along(direction, points));
+        let direction = direction.map(|x| x / step);
+        let points = shadows.par_iter_mut().zip(&input.positions).enumerate();
+        points.for_each(|(row, (shadow, points))| {
+            let middle = along(&direction, &middles[row % input.groups]);
+            *shadow = zip(along(&direction, points), middle, |a, b| a - b);
+        });
         let cells = extents.par_iter_mut().enumerate();
         cells.for_each(|(v, extent)| {
             let ends = &mut extent.ends[k * 2 * frames..][..2 * frames];
@@ -96,10 +109,40 @@ pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'
     extents
 }
 
+/// Middle of the bounding box of each frame, in groups.
+fn middles(input: &Input) -> Vec<Points> {
+    let of = |group: usize| {
+        let (mut low, mut high) = (input.positions[group], input.positions[group]);
+        for points in input.positions[group..].iter().step_by(input.groups) {
+            for k in 0..3 {
+                low[k] = zip(low[k], points[k], least);
+                high[k] = zip(high[k], points[k], most);
+            }
+        }
+        std::array::from_fn(|k| zip(low[k], high[k], |a, b| 0.5 * (a + b)))
+    };
+    (0..input.groups).into_par_iter().map(of).collect()
+}
+
+/// Greatest distance of a point from the middle of its frame.
+fn reach(input: &Input, middles: &[Points]) -> f32 {
+    let rows = input.positions.par_chunks_exact(input.groups);
+    let squares = rows.map(|row| {
+        let apart = row.iter().zip(middles).map(|(points, middle)| {
+            let square = |k: usize| zip(points[k], middle[k], |a, b| (a - b) * (a - b));
+            let all = zip(zip(square(0), square(1), add), square(2), add);
+            all.into_iter().fold(0.0, most)
+        });
+        apart.fold(0.0, most)
+    });
+    let square = squares.reduce(|| 0.0, most);
+    square.sqrt().max(f32::MIN_POSITIVE * STEPS)
+}
+
 impl Extent<'_> {
     /// No more than [`Extent::bound`], at no cost.
     pub(super) fn bound_from_below(&self, other: &Self) -> f64 {
-        f64::from(BOUND * self.width.width.max(other.width.width))
+        self.length(self.width.width.max(other.width.width))
     }
 
     /// Greatest radius of a sphere for the union of two regions.
@@ -118,24 +161,29 @@ impl Extent<'_> {
             .zip(other.ends.chunks_exact(size));
         let least = self.least.iter().zip(other.least.iter());
         for ((a, b), (p, q)) in ends.zip(least) {
-            if p.max(*q) < best {
+            if *p.max(q) < best {
                 best = best.min(union_width(a, b));
             }
         }
-        f64::from(BOUND * best)
+        self.length(best)
+    }
+
+    /// Radius for a width.
+    fn length(&self, width: i16) -> f64 {
+        f64::from(BOUND * self.step * f32::from(width))
     }
 
     /// Becomes the union of both.
     pub(super) fn merge(&mut self, other: &Self) {
         for (a, b) in self.ends.iter_mut().zip(other.ends.iter()) {
-            *a = most(*a, *b);
+            *a = (*a).max(*b);
         }
         self.measure();
     }
 
     /// Finds the least widths.
     fn measure(&mut self) {
-        self.width.width = f32::INFINITY;
+        self.width.width = i16::MAX;
         let ends = self.ends.chunks_exact(2 * self.frames);
         for (direction, (ends, least)) in ends.zip(self.least.iter_mut()).enumerate() {
             *least = union_width(ends, ends);
@@ -154,18 +202,12 @@ impl Extent<'_> {
 }
 
 /// Least width over the frames of the union of two regions along one direction, each `[forwards, backwards][frame]`.
-fn union_width(a: &[f32], b: &[f32]) -> f32 {
-    let (a, b) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
-    let rows = [a.0, a.1, b.0, b.1].map(|row| row.as_chunks::<LANES>());
-    let [(af, ra), (ab, sa), (bf, rb), (bb, sb)] = rows;
-    let mut lanes = [f32::INFINITY; LANES];
-    for ((af, ab), (bf, bb)) in af.iter().zip(ab).zip(bf.iter().zip(bb)) {
-        let width = zip(zip(*af, *bf, most), zip(*ab, *bb, most), add);
-        lanes = zip(lanes, width, least);
-    }
-    let rest = ra.iter().zip(rb).zip(sa.iter().zip(sb));
-    let rest = rest.map(|((af, bf), (ab, bb))| most(*af, *bf) + most(*ab, *bb));
-    rest.chain(lanes).fold(f32::INFINITY, least)
+fn union_width(a: &[i16], b: &[i16]) -> i16 {
+    let ((af, ab), (bf, bb)) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
+    let forwards = af.iter().zip(bf).map(|(a, b)| *a.max(b));
+    let backwards = ab.iter().zip(bb).map(|(a, b)| *a.max(b));
+    let widths = forwards.zip(backwards).map(|(a, b)| a + b);
+    widths.fold(i16::MAX, i16::min)
 }
 
 /// Coordinates of four points along a direction.
@@ -174,7 +216,7 @@ fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
 }
 
 /// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
-fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [f32]) {
+fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [i16]) {
     let (forwards, backwards) = ends.split_at_mut(input.frames);
     let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));
     for (group, (forwards, backwards)) in ends.enumerate() {
@@ -197,11 +239,18 @@ fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [f32]) {
             zip(here, centre, most)
         };
         let (high, low) = (end(high, highest, most), end(low, lowest, least));
-        forwards.copy_from_slice(&high[..forwards.len()]);
+        for (to, high) in forwards.iter_mut().zip(high) {
+            *to = rounded(high);
+        }
         for (to, low) in backwards.iter_mut().zip(low) {
-            *to = -low;
+            *to = rounded(-low);
         }
     }
+}
+
+/// The nearest whole number, of an end no farther than [`STEPS`]: by cutting a positive number, which is quick.
+fn rounded(end: f32) -> i16 {
+    ((end + 32_768.5) as i32 - 32_768) as i16
 }
 
 fn add(a: f32, b: f32) -> f32 {
