@@ -256,3 +256,71 @@ fn rounded(end: f32) -> i16 {
 fn add(a: f32, b: f32) -> f32 {
     a + b
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::sphere_mesh::tests::bending;
+    use glam::{DVec3, Vec3};
+
+    /// Least width of the union of two vertices' cells.
+    fn exact(input: &Input, pair: [usize; 2]) -> f64 {
+        let place = |v: u32, f: usize| {
+            let points = input.position(v as usize)[f / LANES];
+            DVec3::from(points.map(|x| f64::from(x[f % LANES])))
+        };
+        let widths = directions().map(|d| {
+            let d = DVec3::from(d.map(f64::from));
+            let of_frame = |f: usize| {
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                let mut reach = |p: DVec3| {
+                    low = low.min(d.dot(p));
+                    high = high.max(d.dot(p));
+                };
+                for v in pair {
+                    let here = place(v as u32, f);
+                    reach(here);
+                    for corner in input.mesh.corners.row(v).chunks_exact(2) {
+                        let (a, b) = (place(corner[0], f), place(corner[1], f));
+                        reach(0.5 * (here + a));
+                        reach(0.5 * (here + b));
+                        reach((here + a + b) / 3.0);
+                    }
+                }
+                high - low
+            };
+            (0..input.frames)
+                .map(of_frame)
+                .fold(f64::INFINITY, f64::min)
+        });
+        widths.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn bounds_are_those_of_double_precision_to_two_steps_however_far_a_sequence_goes() {
+        for (frames, way) in [(1, 0.0), (7, 0.0), (8, 300.0)] {
+            let mut sequence = bending(frames);
+            for (f, points) in sequence.frames.iter_mut().enumerate() {
+                points
+                    .iter_mut()
+                    .for_each(|p| *p += Vec3::X * way * f as f32);
+            }
+            let input = Input::new(&sequence).unwrap();
+            let mut storage = Storage::new(&input);
+            let mut extents = cells(&input, &mut storage);
+            let step = f64::from(extents[0].step);
+            for v in (0..input.mesh.positions.len() - 20).step_by(7) {
+                let error = |a: f64, exact: f64| (a / f64::from(BOUND) - exact).abs();
+                let pair = [v, v + 13];
+                let bound = extents[v].bound(&extents[v + 13]);
+                assert!(error(bound, exact(&input, pair)) < 2.0 * step, "{pair:?}");
+                assert!(extents[v].bound_from_below(&extents[v + 13]) <= bound);
+                // A union is as wide as the two together.
+                let (head, tail) = extents.split_at_mut(v + 13);
+                head[v].merge(&tail[0]);
+                assert!(error(head[v].bound(&head[v]), exact(&input, pair)) < 2.0 * step);
+            }
+        }
+    }
+}
