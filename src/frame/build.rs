@@ -4,10 +4,10 @@ use std::{ffi::CString, sync::Arc};
 
 use super::{
     Frame, FrameBuilder, SlotState,
-    builder::{Copy, Extent, Pass, Resource, Step, Work},
+    builder::{Pass, Resource, Step, Work},
     hazard::{Hazards, Uses},
     profile::Turns,
-    program::{self, Buffers, Built, Command, Dispatch, Program, Reach},
+    program::{Buffers, Built, Command, Copy, Dispatch, Extent, Fill, Program, Reach},
 };
 use crate::{
     Error, Result,
@@ -42,7 +42,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     let mut program = Program::default();
     for (step, name_row) in steps.into_iter().zip(&rows) {
         let command = match step.work {
-            Work::Fill(fill) => Command::Fill(program::Fill {
+            Work::Fill(fill) => Command::Fill(Fill {
                 to: buffers(&resources, fill.to)?,
                 offset: fill.offset,
                 bytes: fill.bytes,
@@ -196,8 +196,8 @@ impl Program {
             }
         }
         let extent = match extent {
-            Extent::Groups(groups) => program::Extent::Groups(groups),
-            Extent::Indirect(row, at) => program::Extent::Indirect(buffers(resources, row)?, at),
+            Extent::Groups(groups) => Extent::Groups(groups),
+            Extent::Indirect(row, at) => Extent::Indirect(buffers(resources, row)?, at),
         };
         let first = self.constants.len() as u32;
         self.constants.extend(pass.constants);
@@ -212,7 +212,7 @@ impl Program {
     }
 
     /// Adds how far it may go.
-    fn copy(&mut self, copy: Copy, resources: &[Resource]) -> Result<program::Copy> {
+    fn copy(&mut self, copy: Copy<usize>, resources: &[Resource]) -> Result<Copy<Buffers>> {
         let ends = [copy.from, copy.to].into_iter().zip(copy.strides);
         for (resource, stride) in ends {
             let room = resources[resource].bytes() - copy.bytes;
@@ -224,7 +224,7 @@ impl Program {
                 });
             }
         }
-        Ok(program::Copy {
+        Ok(Copy {
             from: buffers(resources, copy.from)?,
             to: buffers(resources, copy.to)?,
             bytes: copy.bytes,

@@ -7,6 +7,7 @@ use ash::vk::{self, Handle};
 use super::{
     Frame, build,
     hazard::{Use, Uses},
+    program::{Copy, Extent, Fill},
 };
 use crate::{
     Error, Result,
@@ -106,14 +107,6 @@ impl From<&Ring> for End {
     }
 }
 
-/// How many workgroups a pass has.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Extent {
-    Groups([u32; 3]),
-    /// Three counts in a resource at a byte offset.
-    Indirect(usize, u64),
-}
-
 /// A step as it was asked for.
 pub(super) struct Step {
     pub(super) name: Cow<'static, str>,
@@ -125,28 +118,8 @@ pub(super) struct Step {
 
 pub(super) enum Work {
     Pass(Pass),
-    Fill(Fill),
-    Copy(Copy),
-}
-
-/// Words of a resource that get a value.
-#[derive(Clone, Copy)]
-pub(super) struct Fill {
-    pub(super) to: usize,
-    /// Where the first begins, and all of them, in bytes.
-    pub(super) offset: u64,
-    pub(super) bytes: u64,
-    pub(super) value: u32,
-}
-
-/// A copy between two resources; both ends move on by their stride with [`Span::index`](super::Span::index).
-#[derive(Clone, Copy)]
-pub(super) struct Copy {
-    pub(super) from: usize,
-    pub(super) to: usize,
-    pub(super) bytes: u64,
-    /// Bytes of the source and of the target.
-    pub(super) strides: [u64; 2],
+    Fill(Fill<usize>),
+    Copy(Copy<usize>),
 }
 
 pub(super) struct Pass {
@@ -156,7 +129,7 @@ pub(super) struct Pass {
     pub(super) variant: u32,
     pub(super) constants: Vec<u8>,
     pub(super) index_at: Option<usize>,
-    pub(super) extent: Option<Extent>,
+    pub(super) extent: Option<Extent<usize>>,
 }
 
 /// Collects the steps of a frame; mistakes are reported by [`FrameBuilder::build`].

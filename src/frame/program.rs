@@ -39,8 +39,8 @@ pub(super) struct Built {
 
 pub(super) enum Command {
     Dispatch(Dispatch),
-    Fill(Fill),
-    Copy(Copy),
+    Fill(Fill<Buffers>),
+    Copy(Copy<Buffers>),
 }
 
 /// The buffer of each slot.
@@ -56,20 +56,21 @@ pub(super) struct Dispatch {
     pub(super) constants: Range<u32>,
     /// Byte of the constants where the span's index stands.
     pub(super) index_at: Option<u32>,
-    pub(super) extent: Extent,
+    pub(super) extent: Extent<Buffers>,
 }
 
-/// How many workgroups a pass has.
-#[derive(Clone, Copy)]
-pub(super) enum Extent {
+/// How many workgroups a pass has. Of this and what follows, B is the row of a resource first, and then its buffers.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Extent<B> {
     Groups([u32; 3]),
     /// Three counts in a buffer at a byte offset.
-    Indirect(Buffers, u64),
+    Indirect(B, u64),
 }
 
 /// Words of a buffer that get a value.
-pub(super) struct Fill {
-    pub(super) to: Buffers,
+#[derive(Clone, Copy)]
+pub(super) struct Fill<B> {
+    pub(super) to: B,
     /// Where the first begins, and all of them, in bytes.
     pub(super) offset: u64,
     pub(super) bytes: u64,
@@ -77,9 +78,10 @@ pub(super) struct Fill {
 }
 
 /// A copy between two buffers.
-pub(super) struct Copy {
-    pub(super) from: Buffers,
-    pub(super) to: Buffers,
+#[derive(Clone, Copy)]
+pub(super) struct Copy<B> {
+    pub(super) from: B,
+    pub(super) to: B,
     pub(super) bytes: u64,
     /// By how many bytes source and target move on with [`Span::index`].
     pub(super) strides: [u64; 2],

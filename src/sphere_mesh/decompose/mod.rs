@@ -116,8 +116,8 @@ fn check(options: &Decomposing, hierarchy: &Hierarchy, level: &Level) -> Result<
 /// Decomposes clips of the mesh that `hierarchy` was built from; they share one rest pose, and weights.
 ///
 /// # Errors
-/// [`Error::Argument`] for options out of range and a level of another sphere-mesh; [`Error::Asset`] naming clip and frame, vertex or triangle where a clip is
-/// not of that mesh or has a position that is not finite.
+/// [`Error::Argument`] for options out of range and a level of another sphere-mesh; [`Error::Asset`] naming clip and frame,
+/// vertex or triangle where a clip is not of that mesh or has a position that is not finite.
 pub fn decompose(
     hierarchy: &Hierarchy,
     level: &Level,
@@ -127,50 +127,11 @@ pub fn decompose(
 ) -> Result<Decomposition> {
     check(options, hierarchy, level)?;
     // On a thread of the pool: others join in sooner than when they are asked from outside.
-    rayon::scope(|_| solve(hierarchy, level, clips, options, progress))
-}
-
-fn solve(
-    hierarchy: &Hierarchy,
-    level: &Level,
-    clips: &[Sequence],
-    options: &Decomposing,
-    progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Decomposition> {
-    let frames = Frames::new(hierarchy, clips)?;
-    let unit = |p: Vec3| (p.as_dvec3() - hierarchy.origin) / hierarchy.diagonal;
-    let centre = |&node: &u32| unit(hierarchy.centre(node as usize, 0));
-    let centres: Vec<DVec3> = level.nodes.iter().map(centre).collect();
-    let rest: Vec<DVec3> = (0..frames.vertices).map(|v| frames.first(v)).collect();
-    let points = rest.iter().map(|p| p.as_vec3()).collect();
-    let mesh = Mesh::new(points, hierarchy.triangles.clone());
-    let lists = start::heat(&mesh, level, &centres);
-    let mut state = State {
-        skin: start::keep(&lists, options.influences),
-        rest,
-        motions: Vec::new(),
-    };
-    let mut joints = vec![Vec::new(); centres.len()];
-    if options.joints > 0.0 {
-        for border in border::borders(&hierarchy.triangles, &level.labels, &state.rest) {
-            let [a, b] = border.spheres;
-            let count = options.joints * border.size;
-            joints[a].push((b, border.middle, count));
-            joints[b].push((a, border.middle, count));
-        }
-    }
-    let work = Work {
-        joints,
-        filter: Filter::new(&mesh, &frames.weight),
-        around: choose::around(&level.near, RINGS),
-        frames,
-        level,
-        centres,
-        mesh,
-    };
-    state.motions = transforms::start(&work.frames, &state, &work.bones(&state));
-    let ended = work.iterate(&mut state, options, progress);
-    Ok(work.finish(hierarchy, &state, ended))
+    rayon::scope(|_| {
+        let (work, mut state) = Work::new(hierarchy, level, clips, options)?;
+        let ended = work.iterate(&mut state, options, progress);
+        Ok(work.finish(hierarchy, &state, ended))
+    })
 }
 
 /// What stays as it is from iteration to iteration.
@@ -186,7 +147,49 @@ struct Work<'a> {
     around: Vec<Vec<u32>>,
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    /// With the state that the iterations begin at.
+    fn new(
+        hierarchy: &Hierarchy,
+        level: &'a Level,
+        clips: &[Sequence],
+        options: &Decomposing,
+    ) -> Result<(Self, State)> {
+        let frames = Frames::new(hierarchy, clips)?;
+        let unit = |p: Vec3| (p.as_dvec3() - hierarchy.origin) / hierarchy.diagonal;
+        let centre = |&node: &u32| unit(hierarchy.centre(node as usize, 0));
+        let centres: Vec<DVec3> = level.nodes.iter().map(centre).collect();
+        let rest: Vec<DVec3> = (0..frames.vertices).map(|v| frames.first(v)).collect();
+        let points = rest.iter().map(|p| p.as_vec3()).collect();
+        let mesh = Mesh::new(points, hierarchy.triangles.clone());
+        let lists = start::heat(&mesh, level, &centres);
+        let mut state = State {
+            skin: start::keep(&lists, options.influences),
+            rest,
+            motions: Vec::new(),
+        };
+        let mut joints = vec![Vec::new(); centres.len()];
+        if options.joints > 0.0 {
+            for border in border::borders(&hierarchy.triangles, &level.labels, &state.rest) {
+                let [a, b] = border.spheres;
+                let count = options.joints * border.size;
+                joints[a].push((b, border.middle, count));
+                joints[b].push((a, border.middle, count));
+            }
+        }
+        let work = Self {
+            joints,
+            filter: Filter::new(&mesh, &frames.weight),
+            around: choose::around(&level.near, RINGS),
+            frames,
+            level,
+            centres,
+            mesh,
+        };
+        state.motions = transforms::start(&work.frames, &state, &work.bones(&state));
+        Ok((work, state))
+    }
+
     /// Motions, weights and, later, rest pose in turn; returns how often, and whether the tolerance ended it.
     fn iterate(
         &self,
