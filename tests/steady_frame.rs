@@ -19,7 +19,7 @@ fn a_steady_frame_allocates_nothing() -> dermis::Result<()> {
         ..Default::default()
     };
     let gpu = Gpu::new(&options)?;
-    for profile in [Profile::Full, Profile::Sampled] {
+    for profile in [Profile::Full, Profile::Sampled, Profile::Off] {
         gpu.set_profile(profile);
         steady(&gpu)?;
     }

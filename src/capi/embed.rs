@@ -163,7 +163,8 @@ pub(super) fn handover(desc: &dm_output_desc) -> Handover {
 }
 
 /// # Safety
-/// The command buffer is NULL, or being recorded outside of a render pass as long as the handle is used.
+/// The command buffer is NULL, or a primary one that is being recorded outside of a render pass and of queries as long as the
+/// handle is used.
 pub(super) unsafe fn host_commands(command_buffer: *mut c_void) -> Outcome<HostCommands> {
     pointer::not_null(command_buffer, "command_buffer")?;
     // SAFETY: the caller's promise.
@@ -183,10 +184,10 @@ pub extern "C" fn dm_output_destroy(output: dm_output) -> dm_result {
 /// Records a frame into a command buffer of the host's: what dm_deformer_advance submits, and the writing of the output.
 /// Submits nothing, waits for nothing, allocates nothing.
 ///
-/// State before: the command buffer (VkCommandBuffer) is being recorded, outside of a render pass, for the family of the
-/// context's queue. Whatever was submitted to the queue before comes first, by a barrier. State after: compute pipeline,
-/// its descriptor set 0 and push constants are changed; the output's vertices are visible to the stages and accesses of its
-/// description, or released to its queue family.
+/// State before: the command buffer (VkCommandBuffer), a primary one, is being recorded, outside of a render pass and of
+/// queries, for the family of the context's queue. Whatever was submitted to the queue before comes first, by a barrier. State
+/// after: secondary command buffers have been executed, so that no pipeline, descriptor set or other state is bound any more;
+/// the output's vertices are visible to the stages and accesses of its description, or released to its queue family.
 ///
 /// The host submits the command buffer to the context's queue, once, and poses in the order of their recording.
 ///

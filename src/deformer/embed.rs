@@ -192,8 +192,8 @@ impl Deformer {
     /// Records a frame into a command buffer of the host's: everything that [`Deformer::advance`] submits, and the writing of
     /// `output` where there is one. Submits nothing, waits for nothing, allocates nothing.
     ///
-    /// The frame comes after all commands before it on the same queue. Poses are deformed in the order of their recording, which
-    /// has to be that of their submission.
+    /// The frame comes after all commands before it on the same queue; what was bound before it is not bound after it. Poses are
+    /// deformed in the order of their recording, which has to be that of their submission.
     ///
     /// # Errors
     /// [`Error::Argument`] on the CPU, for a slot that does not exist, an output of another deformer, or where there are not as

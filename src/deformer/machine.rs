@@ -71,11 +71,15 @@ impl Machine {
                 }
                 let images = [atlas, operators];
                 let resources = GpuResources::new(gpu, statics, &all, images, slices)?;
-                let frame = resources.frame(gpu, settings.method.name(), &plan.steps)?;
+                let (name, instances) = (settings.method.name(), settings.instances);
+                let mut builder = resources.builder(gpu, name, &plan.steps, instances);
+                for section in plan.sections() {
+                    builder.fix(section);
+                }
                 Ok(Self::Gpu(Box::new(GpuMachine {
                     gpu: gpu.clone(),
                     resources,
-                    frame,
+                    frame: builder.build()?,
                     plan,
                     spans: Vec::with_capacity(settings.max_runs()),
                     layout,
@@ -141,7 +145,7 @@ impl Machine {
                 Ok(())
             }
             Self::Gpu(m) => {
-                let mut frame = m.resources.frame_of(&m.gpu, "rest", steps, 1)?;
+                let mut frame = m.resources.builder(&m.gpu, "rest", steps, 1).build()?;
                 m.resources.pose(frame.begin()?, upload)?;
                 frame.submit()?;
                 frame.wait()

@@ -128,6 +128,21 @@ impl Plan {
         }
     }
 
+    /// The rows of every section.
+    pub(super) fn sections(&self) -> [Range<usize>; 8] {
+        let sections = [
+            &self.before,
+            &self.begin,
+            &self.round,
+            &self.last_round,
+            &self.judge,
+            &self.half,
+            &self.end,
+            &self.after,
+        ];
+        sections.map(Range::clone)
+    }
+
     /// The order of the frame with these sub-steps. Slices of poses are counted over sub-steps and their halves, those of a
     /// round over all rounds.
     pub(super) fn for_each_run(&self, substeps: &[Substep], mut each: impl FnMut(Run)) {

@@ -7,7 +7,7 @@ use super::{Kind, Resource, Step, heads, plan::Extent, pose::PoseUpload, statics
 use crate::twin::Image;
 use crate::{
     Error, Result,
-    frame::{Frame, FrameBuilder, Slot},
+    frame::{FrameBuilder, Slot},
     gpu::{Access, Buffer, Gpu, Image3d, Ring},
     layout::JointPose,
 };
@@ -60,24 +60,19 @@ impl GpuResources {
         })
     }
 
-    /// A frame that walks `steps` over these resources for all instances.
-    pub(super) fn frame(&self, gpu: &Gpu, name: &'static str, steps: &[Step]) -> Result<Frame> {
-        self.frame_of(gpu, name, steps, self.instances)
-    }
-
-    /// A frame that walks `steps` over these resources for the first instances.
-    pub(super) fn frame_of(
+    /// For a frame that walks `steps` over these resources for the first instances.
+    pub(super) fn builder(
         &self,
         gpu: &Gpu,
         name: &'static str,
         steps: &[Step],
         instances: u32,
-    ) -> Result<Frame> {
+    ) -> FrameBuilder {
         let mut builder = FrameBuilder::new(gpu, name);
         for step in steps {
             self.add(&mut builder, step, instances);
         }
-        builder.build()
+        builder
     }
 
     fn add(&self, builder: &mut FrameBuilder, step: &Step, instances: u32) {

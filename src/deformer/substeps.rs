@@ -1,5 +1,7 @@
 //! Virtual sub-steps of tracking (2014, section 5.2): poses between two poses, so that no joint turns too far at once.
 
+use glam::Mat4;
+
 use super::{
     Settings,
     plan::{ROUND, Substep},
@@ -70,29 +72,35 @@ fn rounds(settings: &Settings, degrees: f32) -> u32 {
     iterations.max(settings.least_iterations).div_ceil(ROUND)
 }
 
-/// What a joint does between two poses, in degrees. The rotation of a root bends nothing.
+/// What a joint does between two poses. The rotation of a root bends nothing.
 struct Turn {
+    /// By how far it turns, degrees.
     degrees: f32,
-    /// Bend at the end.
-    bend: f32,
+    /// Its rotation against its parent at the end.
+    end: Mat4,
 }
 
 impl Turn {
     fn of(skeleton: &Skeleton, from: &Pose, to: &Pose, j: usize) -> Option<Self> {
         let parent = skeleton.joints[j].parent?;
         let local = |pose: &Pose| pose.matrices[parent].inverse() * pose.matrices[j];
-        let (before, after) = (local(from), local(to));
+        let (before, end) = (local(from), local(to));
         Some(Self {
-            degrees: degrees(&(after * before.inverse())),
-            bend: degrees(&after),
+            degrees: degrees(&(end * before.inverse())),
+            end,
         })
     }
 
     /// A joint may turn by a third of its bend, and never by more than a given angle.
     fn substeps(&self, settings: &Settings) -> u32 {
-        let bend = self.bend.max(settings.least_bend_degrees);
-        let most = (bend / 3.0).min(settings.substep_degrees);
-        (self.degrees / most - 1e-3).ceil().max(1.0) as u32
+        let most = |bend: f32| (bend / 3.0).min(settings.substep_degrees);
+        let least_bend = settings.least_bend_degrees;
+        if self.degrees <= most(least_bend) {
+            // Whatever its bend, which takes as long to find as the turn.
+            return 1;
+        }
+        let bend = degrees(&self.end).max(least_bend);
+        (self.degrees / most(bend) - 1e-3).ceil().max(1.0) as u32
     }
 }
 
@@ -101,7 +109,6 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::rig::skeleton::tests::skeleton;
-    use glam::Mat4;
 
     fn bent(degrees: [f32; 4]) -> Pose {
         let turn = |d: f32| Mat4::from_rotation_x(d.to_radians());

@@ -103,10 +103,10 @@ fn both(
     for (r, words) in download(machine, step) {
         store.write(Resource::ALL[r as usize], &words);
     }
-    let mut frame = machine
-        .resources
-        .frame(&machine.gpu, "twin", std::slice::from_ref(step))
-        .unwrap();
+    let resources = &machine.resources;
+    let (gpu, steps) = (&machine.gpu, std::slice::from_ref(step));
+    let builder = resources.builder(gpu, "twin", steps, resources.instances);
+    let mut frame = builder.build().unwrap();
     let slot = frame.begin().unwrap();
     machine.resources.pose(slot, upload).unwrap();
     frame.submit().unwrap();

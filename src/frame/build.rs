@@ -23,8 +23,13 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         name,
         steps,
         resources,
+        sections,
         ..
     } = builder;
+    if let Some(section) = sections.iter().find(|s| s.end > steps.len()) {
+        let reason = format!("steps {section:?} of {} are to be fixed", steps.len());
+        return Err(Error::argument(format!("frame {name}"), reason));
+    }
     let passes = steps.iter().filter_map(|s| match &s.work {
         Work::Pass(pass) => Some(pass),
         _ => None,
@@ -73,7 +78,7 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
     let count = program.steps.len();
     let slot = || SlotState::new(Commands::new(&gpu.shared, &name)?, count);
     let slots = [slot()?, slot()?];
-    Ok(Frame {
+    let mut frame = Frame {
         label: CString::new(&*name).map_err(|e| Error::argument(&*name, e.to_string()))?,
         all: [super::Span {
             steps: 0..count,
@@ -88,12 +93,16 @@ pub(super) fn build(builder: FrameBuilder) -> Result<Frame> {
         begun: None,
         slots,
         program,
+        fixed: Vec::new(),
         names,
         name,
+        _secondaries: None,
         _descriptors: descriptors,
         resources,
         gpu,
-    })
+    };
+    frame.fix(sections)?;
+    Ok(frame)
 }
 
 /// The steps' names in order of first appearance, and each step's number in them.

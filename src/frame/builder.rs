@@ -1,6 +1,6 @@
 //! From declared passes to a checked frame.
 
-use std::{borrow::Cow, collections::HashMap};
+use std::{borrow::Cow, collections::HashMap, ops::Range};
 
 use ash::vk::{self, Handle};
 
@@ -138,6 +138,8 @@ pub struct FrameBuilder {
     pub(super) name: String,
     pub(super) steps: Vec<Step>,
     pub(super) resources: Vec<Resource>,
+    /// Of which the steps are fixed that can be.
+    pub(super) sections: Vec<Range<usize>>,
     keys: HashMap<u64, usize>,
     pub(super) error: Option<Error>,
 }
@@ -150,6 +152,7 @@ impl FrameBuilder {
             name: name.to_owned(),
             steps: Vec::new(),
             resources: Vec::new(),
+            sections: Vec::new(),
             keys: HashMap::new(),
             error: None,
         }
@@ -251,11 +254,18 @@ impl FrameBuilder {
         self.label(&label);
     }
 
+    /// Has those steps of a section recorded once and for all that are the same in every frame, whatever its slot and the span's
+    /// index. Spans that go through a section as a whole execute them, unless a submission is timed; what a fixed step does cannot
+    /// be changed any more.
+    pub fn fix(&mut self, section: Range<usize>) {
+        self.sections.push(section);
+    }
+
     /// Checks everything and makes pipelines, descriptor sets and command buffers.
     ///
     /// # Errors
     /// [`Error::Pass`] where a pass lacks a binding, its constants or extent, or disagrees with its shader;
-    /// [`Error::Argument`] for a copy that does not fit; [`Error::Vulkan`] where the driver fails.
+    /// [`Error::Argument`] for a copy that does not fit or a section of steps that do not exist; [`Error::Vulkan`] where the driver fails.
     pub fn build(self) -> Result<Frame> {
         build::build(self)
     }

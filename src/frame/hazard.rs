@@ -106,6 +106,12 @@ pub(super) struct Barrier {
 }
 
 impl Barrier {
+    /// Between all that steps may do.
+    pub(super) const ALL: Self = Self {
+        from: Uses(63),
+        to: Uses(63),
+    };
+
     /// Vulkan's two sides. Only writes have to be made available; of a read only its stage counts.
     pub(super) fn scopes(self) -> (Scope, Scope) {
         let mut from = self.from.scope();

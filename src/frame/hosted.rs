@@ -1,6 +1,6 @@
 //! Recording into a command buffer of the host's.
 
-use super::{Frame, Plan, Result, Slot, Span, Stopwatch, Walk};
+use super::{Frame, Result, Slot, Span, Walk};
 use crate::gpu::{Buffer, Handover, HostCommands, Recorder};
 
 impl Frame {
@@ -20,22 +20,9 @@ impl Frame {
             shared: &self.gpu.shared,
             raw: commands.0,
         };
-        let watch = Stopwatch {
-            plan: Plan::Off,
-            turns: &self.turns,
-            timestamps: None,
-            intervals: &mut self.slots[slot.0].intervals,
-            stamps: 0,
-            before: None,
-        };
-        let walk = Walk {
-            label: &self.label,
-            program: &self.program,
-            hazards: &mut self.hazards,
-            slot,
-            watch,
-        };
-        walk.record(&recorder, spans);
+        let mut walk = Walk::new(&recorder, &self.program, &mut self.hazards, slot);
+        walk.fixed = &self.fixed;
+        walk.frame(&self.label, spans);
         Ok(())
     }
 

@@ -2,11 +2,13 @@
 //!
 //! [`FrameBuilder`] collects steps (passes, fills, copies) with their resources. The built [`Frame`] is submitted again
 //! and again, two submissions in flight: every submission records its command buffer in one walk over the steps, with
-//! the barriers that the declared accesses call for. After the first submissions nothing is allocated or compiled.
+//! the barriers that the declared accesses call for. Runs of steps that are the same in every frame can be recorded once
+//! ([`FrameBuilder::fix`]); the walk then executes them. After the first submissions nothing is allocated or compiled.
 
 mod build;
 mod builder;
 mod ceiling;
+mod fixed;
 mod hazard;
 mod hosted;
 mod profile;
@@ -14,6 +16,7 @@ mod program;
 mod replay;
 mod stamp;
 mod timings;
+mod walk;
 
 use std::{ffi::CString, ops::Range, time::Instant};
 
@@ -24,14 +27,16 @@ pub use replay::{LEAST_PLACES, ReplayMeter};
 pub use stamp::StampMeter;
 
 use builder::Resource;
+use fixed::Fixed;
 use hazard::Hazards;
 use profile::{Interval, Plan, Stopwatch, Turns};
-use program::{Command, Dispatch, Extent, Program, Reach, Walk};
+use program::{Command, Dispatch, Extent, Program, Reach};
 use timings::Stamps;
+use walk::Walk;
 
 use crate::{
     Error, Result,
-    gpu::{Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Timestamps},
+    gpu::{Commands, Descriptors, FRAMES_IN_FLIGHT, Gpu, Secondaries, Timestamps},
 };
 
 /// A run of steps in a submission.
@@ -48,6 +53,8 @@ pub struct Frame {
     name: String,
     label: CString,
     program: Program,
+    /// What is executed rather than recorded anew.
+    fixed: Vec<Fixed>,
     /// Names of steps, in order of first appearance.
     names: Vec<String>,
     all: [Span; 1],
@@ -61,6 +68,8 @@ pub struct Frame {
     /// Of the next submission that is sampled.
     turn: u32,
     harvest: Stamps,
+    /// Kept alive for [`Frame::fixed`].
+    _secondaries: Option<Secondaries>,
     _descriptors: Option<Descriptors>,
     /// Kept alive for the descriptor sets.
     resources: Vec<Resource>,
@@ -145,7 +154,7 @@ impl Frame {
         state.submission = state.commands.submit(&self.name)?;
         state.stamps = stamps;
         state.turns = 1;
-        if matches!(plan, Plan::Turn(_)) {
+        if matches!(plan, Some(Plan::Turn(_))) {
             state.turns = self.turns.count;
             self.turn = (self.turn + 1) % self.turns.count;
         }
@@ -197,7 +206,7 @@ impl Frame {
     /// Changes the push constants of a step from the next submission on.
     ///
     /// # Errors
-    /// [`Error::Argument`] where the step is no pass or has another number of bytes.
+    /// [`Error::Argument`] where the step is no pass, is fixed ([`FrameBuilder::fix`]) or has another number of bytes.
     pub fn set_constants<T: bytemuck::NoUninit>(
         &mut self,
         step: usize,
@@ -220,7 +229,7 @@ impl Frame {
     /// Changes the number of items of a step from the next submission on.
     ///
     /// # Errors
-    /// [`Error::Argument`] where the step is no pass; [`Error::Pass`] for more workgroups than the device has.
+    /// [`Error::Argument`] where the step is no pass or is fixed; [`Error::Pass`] for more workgroups than the device has.
     pub fn set_items(&mut self, step: usize, items: u32) -> Result<()> {
         let declaration = self.dispatch(step)?.pipeline.declaration;
         let groups = [items.div_ceil(declaration.local_size[0].max(1)), 1, 1];
@@ -230,11 +239,12 @@ impl Frame {
     }
 
     fn dispatch(&mut self, step: usize) -> Result<&mut Dispatch> {
+        let is_fixed = self.fixed.iter().any(|run| run.steps.contains(&step));
         match self.program.steps.get_mut(step).map(|s| &mut s.command) {
-            Some(Command::Dispatch(dispatch)) => Ok(dispatch),
+            Some(Command::Dispatch(dispatch)) if !is_fixed => Ok(dispatch),
             _ => Err(Error::argument(
                 format!("step {step}"),
-                format!("no pass of frame {}", self.name),
+                format!("no pass of frame {} that may change", self.name),
             )),
         }
     }
@@ -276,47 +286,44 @@ impl Frame {
 
     /// Makes room for timestamps before, between and after `count` steps; allocates only when there are more steps than
     /// ever before.
-    fn prepare_timestamps(&mut self, slot: Slot, plan: Plan, count: u32) -> Result<()> {
+    fn prepare_timestamps(&mut self, slot: Slot, plan: Option<Plan>, count: u32) -> Result<()> {
         let state = &mut self.slots[slot.0];
         let room = state.timestamps.as_ref().map_or(0, |t| t.capacity);
-        if plan != Plan::Off && room < count + 3 {
+        if plan.is_some() && room < count + 3 {
             state.timestamps = Some(Timestamps::new(&self.gpu.shared, &self.name, count + 3)?);
         }
         Ok(())
     }
 
     /// The number of timestamps written.
-    fn record(&mut self, slot: Slot, spans: &[Span], plan: Plan) -> Result<u32> {
+    fn record(&mut self, slot: Slot, spans: &[Span], plan: Option<Plan>) -> Result<u32> {
         let Self {
             slots,
             program,
+            fixed,
             hazards,
             turns,
             ..
         } = self;
         let state = &mut slots[slot.0];
-        let timestamps = state.timestamps.as_ref().filter(|_| plan != Plan::Off);
         let recorder = state.commands.begin(&self.name)?;
-        state.intervals.clear();
-        let watch = Stopwatch {
-            plan,
-            turns,
-            timestamps,
-            intervals: &mut state.intervals,
-            stamps: 0,
-            before: None,
-        };
-        if let Some(timestamps) = timestamps {
-            recorder.reset(timestamps);
+        let mut walk = Walk::new(&recorder, program, hazards, slot);
+        match plan.zip(state.timestamps.as_ref()) {
+            Some((plan, timestamps)) => {
+                state.intervals.clear();
+                recorder.reset(timestamps);
+                walk.watch = Some(Stopwatch {
+                    plan,
+                    turns,
+                    timestamps,
+                    intervals: &mut state.intervals,
+                    stamps: 0,
+                    before: None,
+                });
+            }
+            None => walk.fixed = fixed,
         }
-        let walk = Walk {
-            label: &self.label,
-            program,
-            hazards,
-            slot,
-            watch,
-        };
-        let stamps = walk.record(&recorder, spans);
+        let stamps = walk.frame(&self.label, spans);
         recorder.end(&self.name)?;
         Ok(stamps)
     }

@@ -67,8 +67,6 @@ pub(super) struct Interval {
 /// How a submission is timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Plan {
-    /// Not at all.
-    Off,
     /// The names of this turn.
     Turn(u32),
     /// Every step.
@@ -76,17 +74,17 @@ pub(super) enum Plan {
 }
 
 impl Plan {
-    pub(super) fn new(profile: Profile, turn: u32) -> Self {
+    /// None for not at all.
+    pub(super) fn new(profile: Profile, turn: u32) -> Option<Self> {
         match profile {
-            Profile::Off => Self::Off,
-            Profile::Sampled => Self::Turn(turn),
-            Profile::Full => Self::Full,
+            Profile::Off => None,
+            Profile::Sampled => Some(Self::Turn(turn)),
+            Profile::Full => Some(Self::Full),
         }
     }
 
     fn times(self, turns: &Turns, name: u32) -> bool {
         match self {
-            Self::Off => false,
             Self::Turn(turn) => turns.times(name, turn),
             Self::Full => true,
         }
@@ -97,8 +95,7 @@ impl Plan {
 pub(super) struct Stopwatch<'a> {
     pub(super) plan: Plan,
     pub(super) turns: &'a Turns,
-    /// None where the plan is off.
-    pub(super) timestamps: Option<&'a Timestamps>,
+    pub(super) timestamps: &'a Timestamps,
     pub(super) intervals: &'a mut Vec<Interval>,
     /// Timestamps written.
     pub(super) stamps: u32,
@@ -109,10 +106,8 @@ pub(super) struct Stopwatch<'a> {
 impl Stopwatch<'_> {
     /// Before the first and after the last step.
     pub(super) fn stamp(&mut self, recorder: &Recorder<'_>) {
-        if let Some(timestamps) = self.timestamps {
-            recorder.timestamp(timestamps, self.stamps);
-            self.stamps += 1;
-        }
+        recorder.timestamp(self.timestamps, self.stamps);
+        self.stamps += 1;
     }
 
     /// Before the step `row`.

@@ -6,12 +6,8 @@ use std::{ffi::CString, ops::Range, sync::Arc};
 
 use ash::vk;
 
-use super::{
-    Span,
-    hazard::{Hazards, Use, Uses},
-    profile::Stopwatch,
-};
-use crate::gpu::{Bound, FRAMES_IN_FLIGHT, PUSH_CONSTANTS, Pipeline, Recorder, Scope, Slot};
+use super::hazard::{Use, Uses};
+use crate::gpu::{Bound, FRAMES_IN_FLIGHT, PUSH_CONSTANTS, Pipeline, Recorder};
 
 /// All steps.
 #[derive(Default)]
@@ -83,7 +79,7 @@ pub(super) struct Copy<B> {
     pub(super) from: B,
     pub(super) to: B,
     pub(super) bytes: u64,
-    /// By how many bytes source and target move on with [`Span::index`].
+    /// By how many bytes source and target move on with [`Span::index`](super::Span::index).
     pub(super) strides: [u64; 2],
 }
 
@@ -93,73 +89,44 @@ pub(super) struct Reach {
     pub(super) step: usize,
     /// Row of the resource.
     pub(super) resource: usize,
-    /// The last [`Span::index`] within it.
+    /// The last [`Span::index`](super::Span::index) within it.
     pub(super) last: u32,
 }
 
-/// A walk over steps that records them.
-pub(super) struct Walk<'a> {
-    pub(super) label: &'a CString,
-    pub(super) program: &'a Program,
-    pub(super) hazards: &'a mut Hazards,
-    pub(super) slot: Slot,
-    pub(super) watch: Stopwatch<'a>,
+impl Program {
+    pub(super) fn uses(&self, step: &Built) -> &[Use] {
+        &self.uses[step.uses.start as usize..step.uses.end as usize]
+    }
 }
 
-impl Walk<'_> {
-    /// The number of timestamps written.
-    pub(super) fn record(mut self, recorder: &Recorder<'_>, spans: &[Span]) -> u32 {
-        self.hazards.clear();
-        recorder.begin_label(self.label);
-        // The frame before may still run, and whatever it did comes first.
-        recorder.barrier(Scope::ALL, Scope::ALL);
-        self.watch.stamp(recorder);
-        let mut mapped = Uses::default();
-        for span in spans {
-            for row in span.steps.clone() {
-                let step = &self.program.steps[row];
-                self.watch.step(recorder, row as u32, step.name_row);
-                recorder.begin_label(&step.label);
-                if let Some(barrier) = self.hazards.step(self.program.uses(step)) {
-                    let (from, to) = barrier.scopes();
-                    recorder.barrier(from, to);
-                }
-                self.command(recorder, &step.command, span.index);
-                recorder.end_label();
-                mapped = mapped.with(step.mapped);
-            }
-        }
-        // The second tells what one costs.
-        self.watch.stamp(recorder);
-        self.watch.stamp(recorder);
-        if !mapped.is_empty() {
-            recorder.barrier(mapped.scope(), Scope::HOST);
-        }
-        recorder.end_label();
-        self.watch.stamps
-    }
-
-    fn command(&self, recorder: &Recorder<'_>, command: &Command, index: u32) {
-        let slot = self.slot.0;
-        match command {
-            Command::Dispatch(dispatch) => {
-                let all = &self.program.constants;
-                dispatch.record(recorder, all, slot, index);
-            }
-            Command::Fill(fill) => {
+impl Command {
+    /// Records the command itself. `constants` are all of the program.
+    pub(super) fn record(
+        &self,
+        recorder: &Recorder<'_>,
+        constants: &[u8],
+        slot: usize,
+        index: u32,
+    ) {
+        match self {
+            Self::Dispatch(dispatch) => dispatch.record(recorder, constants, slot, index),
+            Self::Fill(fill) => {
                 recorder.fill((fill.to[slot], fill.offset), fill.bytes, fill.value);
             }
-            Command::Copy(copy) => {
+            Self::Copy(copy) => {
                 let [a, b] = copy.strides.map(|stride| stride * u64::from(index));
                 recorder.copy((copy.from[slot], a), (copy.to[slot], b), copy.bytes);
             }
         }
     }
-}
 
-impl Program {
-    fn uses(&self, step: &Built) -> &[Use] {
-        &self.uses[step.uses.start as usize..step.uses.end as usize]
+    /// It takes nothing from [`Span::index`](super::Span::index).
+    pub(super) fn is_constant(&self) -> bool {
+        match self {
+            Self::Dispatch(dispatch) => dispatch.index_at.is_none(),
+            Self::Fill(_) => true,
+            Self::Copy(copy) => copy.strides == [0, 0],
+        }
     }
 }
 

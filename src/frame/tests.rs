@@ -4,6 +4,7 @@ use crate::gpu::{
     testing::TestGpu,
 };
 
+mod fixed;
 mod timings;
 
 const ADD: Declaration = Declaration {

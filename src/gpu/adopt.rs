@@ -32,7 +32,8 @@ pub struct Host {
     pub features: Features,
 }
 
-/// A command buffer of the host's that is being recorded.
+/// A primary command buffer of the host's that is being recorded. Dermis executes secondary ones in it: afterwards, what was bound
+/// before has to be bound anew.
 #[derive(Debug)]
 pub struct HostCommands(pub(crate) vk::CommandBuffer);
 
@@ -40,8 +41,9 @@ impl HostCommands {
     /// Lets dermis record into `commands`.
     ///
     /// # Safety
-    /// Until this is dropped, the command buffer is being recorded outside of a render pass, for the family of the queue that
-    /// dermis uses. It is submitted to that queue, once, and what dermis recorded with the same frame slot before is done by then.
+    /// Until this is dropped, the command buffer, a primary one, is being recorded outside of a render pass and of queries, for the
+    /// family of the queue that dermis uses. It is submitted to that queue, once, and what dermis recorded with the same frame slot
+    /// before is done by then.
     /// What was recorded from, a deformer and its output, outlives its execution.
     pub unsafe fn new(commands: vk::CommandBuffer) -> Self {
         Self(commands)

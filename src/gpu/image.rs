@@ -6,9 +6,9 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 
 use super::{
+    commands::immediate,
     fault::{Subject, lock},
     memory::{Block, Class, Request},
-    record::immediate,
     shared::{Grave, Shared},
 };
 use crate::Result;

@@ -5,6 +5,7 @@
 
 mod adopt;
 mod buffer;
+mod commands;
 mod declare;
 mod descriptors;
 #[cfg(test)]
@@ -40,6 +41,7 @@ pub use physical::DeviceSelector;
 pub use record::Handover;
 pub use timestamps::Profile;
 
+pub(crate) use commands::{Commands, Secondaries};
 pub(crate) use descriptors::{Descriptors, Target};
 #[allow(
     unused_imports,
@@ -48,7 +50,7 @@ pub(crate) use descriptors::{Descriptors, Target};
 pub(crate) use fault::Subject;
 pub(crate) use image::Image;
 pub(crate) use pipeline::{Bound, Pipeline};
-pub(crate) use record::{Commands, Recorder, Scope};
+pub(crate) use record::{Recorder, Scope};
 pub(crate) use shared::{Grave, PUSH_CONSTANTS, Shared};
 pub(crate) use timestamps::Timestamps;
 
@@ -292,7 +294,7 @@ impl Gpu {
         subject: &str,
         record: impl FnOnce(&Recorder<'_>) -> Result<()>,
     ) -> Result<()> {
-        record::immediate(&self.shared, subject, record)
+        commands::immediate(&self.shared, subject, record)
     }
 
     /// A 2D image of one level and layer in device memory, in the undefined layout; counted as transient.

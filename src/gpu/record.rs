@@ -1,16 +1,11 @@
 //! Recording of command buffers: the Vulkan commands of dermis as safe functions.
 
-use std::{ffi::CStr, sync::Arc};
+use std::ffi::CStr;
 
 use ash::vk;
 
 use super::{
-    buffer::Buffer,
-    fault::Subject,
-    image,
-    pipeline::Bound,
-    shared::{Grave, Shared},
-    timestamps::Timestamps,
+    buffer::Buffer, fault::Subject, image, pipeline::Bound, shared::Shared, timestamps::Timestamps,
 };
 use crate::Result;
 
@@ -55,93 +50,6 @@ pub struct Handover {
     /// Queue family that it is released to; none where the same family goes on. The host acquires it there, and has released it
     /// from there and acquired it for dermis' family before the next frame: what the frame does not write is lost otherwise.
     pub family: Option<u32>,
-}
-
-/// A command buffer with its pool; given back once the device is done with it.
-pub(crate) struct Commands {
-    shared: Arc<Shared>,
-    pool: vk::CommandPool,
-    raw: vk::CommandBuffer,
-}
-
-impl Commands {
-    pub(crate) fn new(shared: &Arc<Shared>, subject: &str) -> Result<Self> {
-        let device = &shared.device;
-        let info = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(shared.physical.family)
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        // SAFETY: the device is alive and has a queue of this family.
-        let pool = unsafe { device.create_command_pool(&info, None) }
-            .subject("vkCreateCommandPool", subject)?;
-        let info = vk::CommandBufferAllocateInfo::default()
-            .command_pool(pool)
-            .command_buffer_count(1);
-        // SAFETY: the pool was just made; where the allocation fails it is destroyed, and nobody else has it.
-        let raw = unsafe {
-            let buffers = device.allocate_command_buffers(&info);
-            buffers.inspect_err(|_| device.destroy_command_pool(pool, None))
-        };
-        let raw = raw.subject("vkAllocateCommandBuffers", subject)?[0];
-        shared.name(raw, subject);
-        Ok(Self {
-            shared: shared.clone(),
-            pool,
-            raw,
-        })
-    }
-
-    /// Starts afresh. The previous submission has to be done, which is why this is for the modules that wait.
-    pub(crate) fn begin(&mut self, subject: &str) -> Result<Recorder<'_>> {
-        let device = &self.shared.device;
-        let info = vk::CommandBufferBeginInfo::default()
-            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the callers waited for the previous submission, so the pool's only buffer is not pending.
-        unsafe {
-            device
-                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
-                .subject("vkResetCommandPool", subject)?;
-            device
-                .begin_command_buffer(self.raw, &info)
-                .subject("vkBeginCommandBuffer", subject)?;
-        }
-        let shared = &self.shared;
-        Ok(Recorder {
-            shared,
-            raw: self.raw,
-        })
-    }
-
-    /// Submits what was recorded; gives the submission's number.
-    pub(crate) fn submit(&mut self, subject: &str) -> Result<u64> {
-        self.shared
-            .queue
-            .submit(&self.shared.device, self.raw, subject)
-    }
-}
-
-impl Drop for Commands {
-    fn drop(&mut self) {
-        let pool = self.pool;
-        // SAFETY: the graveyard calls this when all submissions are done; destroying the pool frees its buffer.
-        let destroy = move |d: &ash::Device| unsafe { d.destroy_command_pool(pool, None) };
-        self.shared.bury(Grave::Other(Box::new(destroy)));
-    }
-}
-
-/// Records, submits and waits. What it records comes after all that was submitted before, and the CPU sees its results.
-pub(crate) fn immediate(
-    shared: &Arc<Shared>,
-    subject: &str,
-    record: impl FnOnce(&Recorder<'_>) -> Result<()>,
-) -> Result<()> {
-    let mut commands = Commands::new(shared, subject)?;
-    let recorder = commands.begin(subject)?;
-    recorder.barrier(Scope::ALL, Scope::ALL);
-    record(&recorder)?;
-    recorder.barrier(Scope::ALL, Scope::HOST);
-    recorder.end(subject)?;
-    let number = commands.submit(subject)?;
-    shared.queue.wait(&shared.device, number, subject)
 }
 
 /// A command buffer that is being recorded.
@@ -327,6 +235,17 @@ impl Recorder<'_> {
             self.shared
                 .device
                 .cmd_dispatch_indirect(self.raw, buffer, offset)
+        };
+    }
+
+    /// Executes a secondary command buffer. Nothing is bound any more afterwards.
+    pub(crate) fn execute(&self, secondary: vk::CommandBuffer) {
+        // SAFETY: recording outside of a render pass; the owner of the command buffer keeps the secondary alive, which may be
+        // executed again while it is pending, and is of the same queue family.
+        unsafe {
+            self.shared
+                .device
+                .cmd_execute_commands(self.raw, &[secondary])
         };
     }
 

@@ -7,9 +7,9 @@ use gpu_allocator::MemoryLocation;
 
 use super::{
     buffer::Buffer,
+    commands::immediate,
     image::Image3d,
     memory::{Class, Request},
-    record::immediate,
     shared::Shared,
 };
 use crate::Result;

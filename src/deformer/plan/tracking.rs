@@ -45,14 +45,18 @@ pub(super) fn frame(sizes: &Sizes, settings: &Settings) -> Plan {
 
 /// Begins a sub-step.
 fn begin(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
-    let mut steps = vec![Step::Copy(Resource::SeedDispatches, Resource::Dispatches)];
+    let mut steps = vec![
+        take_palette(),
+        take_fields(),
+        Step::Copy(Resource::SeedDispatches, Resource::Dispatches),
+    ];
     steps.extend(carried(sizes, settings, Extent::Items(sizes.vertices)));
     steps
 }
 
-/// Carries the skin on to the next pose.
+/// Carries the skin on to the pose that was taken.
 fn carried(sizes: &Sizes, settings: &Settings, extent: Extent) -> Vec<Step> {
-    let mut steps = vec![take_palette(), take_fields(), skin_welded(sizes)];
+    let mut steps = vec![skin_welded(sizes)];
     steps.extend(index(sizes));
     steps.push(Step::Clear(Resource::LiveSet));
     steps.push(advance(sizes, settings, extent));
@@ -72,7 +76,9 @@ fn judged(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
 /// As a sub-step begins, but the skin is only carried on, from where it was, if there were faults. Without them, nothing lives
 /// in the rounds that follow.
 fn halved(sizes: &Sizes, settings: &Settings) -> Vec<Step> {
-    carried(sizes, settings, Extent::Indirect(rows::REDO))
+    let mut steps = vec![take_palette(), take_fields()];
+    steps.extend(carried(sizes, settings, Extent::Indirect(rows::REDO)));
+    steps
 }
 
 /// Iterates on what moves against its joint; finds what still does, unless this is the last round.
@@ -82,9 +88,13 @@ fn round(sizes: &Sizes, settings: &Settings, last: bool) -> Vec<Step> {
         1 => vec![],
         _ => vec![Step::Empty(rows::LIVE)],
     };
+    // A skin without others has all rounds of the frame, and needs no number of them.
+    let compact = match settings.instances {
+        1 => compact,
+        _ => compact_round,
+    };
     steps.extend([
-        compact_round(sizes, Resource::LiveSet, Resource::LiveA, rows::LIVE),
-        Step::Keep(Resource::Dispatches, Resource::History),
+        compact(sizes, Resource::LiveSet, Resource::LiveA, rows::LIVE),
         Step::Clear(Resource::LiveSet),
     ]);
     for k in 0..ROUND as usize {
@@ -105,6 +115,7 @@ fn round(sizes: &Sizes, settings: &Settings, last: bool) -> Vec<Step> {
             slide(sizes, &iteration)
         });
     }
+    steps.push(Step::Keep(Resource::Dispatches, Resource::History));
     steps
 }
 
