@@ -1,8 +1,7 @@
 //! One-rings, corners, components, boundary flags and normals of a mesh.
 
-use std::collections::HashMap;
-
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::{Csr, Mesh};
 
@@ -10,15 +9,14 @@ impl Mesh {
     /// Derives the topology of welded positions and triangles; triangles must be in range with three distinct corners.
     pub fn new(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
         let corners = corners(positions.len(), &triangles);
+        let vertices = (0..positions.len()).into_par_iter();
+        let around = vertices.map(|v| (ring(corners.row(v)), boundary(corners.row(v))));
+        let (rings, boundary): (Vec<_>, Vec<bool>) = around.unzip();
         Self {
             normals: normals(&positions, &triangles),
-            one_ring: Csr::from_rows(
-                &(0..positions.len())
-                    .map(|v| ring(corners.row(v)))
-                    .collect::<Vec<_>>(),
-            ),
+            one_ring: Csr::from_rows(&rings),
             components: components(positions.len(), &triangles),
-            boundary: boundary(positions.len(), &triangles),
+            boundary,
             corners,
             positions,
             triangles,
@@ -145,22 +143,11 @@ fn components(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
         .collect()
 }
 
-/// Flags the ends of edges that do not have exactly two triangles.
-fn boundary(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
-    let mut uses: HashMap<[u32; 2], u32> = HashMap::with_capacity(triangles.len() * 3 / 2);
-    for t in triangles {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
-        }
-    }
-    let mut flags = vec![false; vertices];
-    for (edge, _) in uses.iter().filter(|&(_, &n)| n != 2) {
-        for v in edge {
-            flags[*v as usize] = true;
-        }
-    }
-    flags
+/// Whether a vertex is on an edge that does not have exactly two triangles: each gives its corners the far end once.
+fn boundary(corners: &[u32]) -> bool {
+    let mut ends = corners.to_vec();
+    ends.sort_unstable();
+    ends.chunk_by(|a, b| a == b).any(|edge| edge.len() != 2)
 }
 
 #[cfg(test)]
