@@ -17,7 +17,7 @@ use super::{
     quadric,
     region::Region,
     solve::{self, Edge},
-    topology::Topology,
+    topology::{Surroundings, Topology},
 };
 use crate::report::Progress;
 
@@ -56,6 +56,11 @@ struct Candidate {
 }
 
 impl Candidate {
+    /// Whether neither end has changed since.
+    fn current(&self, stamps: &[u32]) -> bool {
+        self.ends.map(|v| stamps[v as usize]) == self.stamps
+    }
+
     /// Whether the owner has not changed since.
     fn listed(&self, stamps: &[u32]) -> bool {
         let mut ends = self.ends.iter().zip(self.stamps);
@@ -97,6 +102,7 @@ struct Pair<'a> {
 /// What an edge becomes.
 struct Made {
     centres: Vec<Points>,
+    surroundings: Surroundings,
     /// The edges to its neighbours, cheapest last.
     edges: Vec<Candidate>,
 }
@@ -265,7 +271,7 @@ impl<'a> Collapse<'a> {
             // What is left would turn triangles over, however it is done: then that matters no longer.
             self.turned = std::mem::take(&mut self.turned)
                 .into_iter()
-                .filter(|c| self.current(c))
+                .filter(|c| c.current(&self.stamp))
                 .collect();
             if self.turned.is_empty() {
                 break;
@@ -275,19 +281,15 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    fn current(&self, candidate: &Candidate) -> bool {
-        candidate.ends.map(|v| self.stamp[v as usize]) == candidate.stamps
-            && candidate.stamps.iter().all(|&s| s != DEAD)
-    }
-
-    /// The cheapest edge. It stays in the queue.
+    /// Takes the cheapest edge.
     fn cheapest(&mut self) -> Option<Candidate> {
         loop {
             let candidate = *self.queue.peek()?;
-            if self.current(&candidate) {
+            let current = candidate.current(&self.stamp);
+            self.next();
+            if current {
                 return Some(candidate);
             }
-            self.next();
         }
     }
 
@@ -299,7 +301,13 @@ impl<'a> Collapse<'a> {
         let owner = first.owner as usize;
         // A list that has been replaced has an edge of its own in the queue.
         let same = first.listed(&self.stamp);
-        match self.lists[owner].pop_if(|_| same) {
+        let next = loop {
+            match self.lists[owner].pop_if(|_| same) {
+                Some(next) if !next.current(&self.stamp) => (),
+                next => break next,
+            }
+        };
+        match next {
             Some(next) => *first = next,
             None => drop(PeekMut::pop(first)),
         }
@@ -307,20 +315,21 @@ impl<'a> Collapse<'a> {
 
     /// The cheapest edges that do not touch each other's surroundings, for threads to share: few against the spheres that
     /// are left, so that hardly any would have come later had their predecessors' new edges been known; one at coarse levels.
+    /// What touches them waits for the next batch.
     fn batch(&mut self) -> Vec<Candidate> {
         let left = self.input.mesh.positions.len() - self.merges.len();
         let most = (left / SPHERES_EACH).clamp(1, BATCH);
-        let mut batch: Vec<Candidate> = Vec::new();
+        let (mut batch, mut aside) = (Vec::with_capacity(most), Vec::new());
         self.round += 1;
-        while batch.len() < most {
+        while batch.len() < most && aside.len() <= most {
             let Some(candidate) = self.cheapest() else {
                 break;
             };
             let ends = candidate.ends;
             if ends.iter().any(|&v| self.touched[v as usize] == self.round) {
-                break;
+                aside.push(candidate);
+                continue;
             }
-            self.next();
             for v in ends {
                 self.touched[v as usize] = self.round;
                 for &k in self.topology.near(v) {
@@ -329,6 +338,7 @@ impl<'a> Collapse<'a> {
             }
             batch.push(candidate);
         }
+        self.queue.extend(aside);
         batch
     }
 
@@ -373,11 +383,16 @@ impl<'a> Collapse<'a> {
             region: &*a,
             centres: &centres,
         };
-        let near = self.topology.around(u, v);
+        let surroundings = self.topology.united(u, v);
+        let near = surroundings.near.clone();
         let edges = shared(near, self.input.groups, |k| candidate(here, self.end(k)?));
         let mut edges: Vec<Candidate> = edges.into_iter().flatten().collect();
         edges.sort_unstable();
-        Some(Made { centres, edges })
+        Some(Made {
+            centres,
+            surroundings,
+            edges,
+        })
     }
 
     fn apply(&mut self, pair: Pair<'a>, made: Option<Made>) {
@@ -400,7 +415,7 @@ impl<'a> Collapse<'a> {
         self.centres.extend(made.centres);
         self.cost[a] = sphere.cost;
         self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
-        self.topology.collapse(u, v);
+        self.topology.collapse(u, v, made.surroundings);
         self.stamp[a] += 1;
         self.stamp[b] = DEAD;
         self.lists[b] = Vec::new();

@@ -13,6 +13,14 @@ pub(super) struct Topology {
     fans: Vec<Vec<u32>>,
 }
 
+/// Neighbours of a slot and its live triangles.
+#[derive(Debug)]
+pub(super) struct Surroundings {
+    /// Ascending.
+    pub(super) near: Vec<u32>,
+    fan: Vec<u32>,
+}
+
 impl Topology {
     pub(super) fn new(mesh: &Mesh) -> Self {
         let count = mesh.positions.len();
@@ -40,12 +48,28 @@ impl Topology {
         &self.near[slot as usize]
     }
 
-    /// Neighbours of two neighbours.
-    pub(super) fn around(&self, u: u32, v: u32) -> Vec<u32> {
-        let (first, second) = (self.near(u), self.near(v));
-        let more = second.iter().filter(|k| first.binary_search(k).is_err());
-        let all = first.iter().chain(more).copied();
-        all.filter(|&k| k != u && k != v).collect()
+    /// What the surroundings of two neighbours become when the two are `u`.
+    pub(super) fn united(&self, u: u32, v: u32) -> Surroundings {
+        let both = self.near(u).iter().chain(self.near(v)).copied();
+        let mut near: Vec<u32> = both.filter(|&k| k != u && k != v).collect();
+        near.sort_unstable();
+        near.dedup();
+        let fans = self.fans[u as usize].iter().chain(&self.fans[v as usize]);
+        let live = fans.filter_map(|&t| {
+            let [a, b, c] = self.corners[t as usize].map(|k| if k == v { u } else { k });
+            let turned = match a.min(b).min(c) {
+                least if least == a => [a, b, c],
+                least if least == b => [b, c, a],
+                _ => [c, a, b],
+            };
+            (a != b && b != c && c != a).then_some((turned, t))
+        });
+        let mut fan: Vec<([u32; 3], u32)> = live.collect();
+        // Triangles with the same corners and the same side are one.
+        fan.sort_unstable();
+        fan.dedup_by_key(|(corners, _)| *corners);
+        let fan = fan.into_iter().map(|(_, t)| t).collect();
+        Surroundings { near, fan }
     }
 
     /// Triangles that would change if `u` and `v` became one, and that would stay: the corner that moves and the two others.
@@ -67,47 +91,25 @@ impl Topology {
         of(u, v).chain(of(v, u))
     }
 
-    /// `u` takes over what `v` had.
-    pub(super) fn collapse(&mut self, u: u32, v: u32) {
-        let theirs = std::mem::take(&mut self.near[v as usize]);
-        for &k in theirs.iter().filter(|&&k| k != u) {
+    /// `u` takes over what `v` had: their [`Topology::united`] surroundings.
+    pub(super) fn collapse(&mut self, u: u32, v: u32, new: Surroundings) {
+        for k in std::mem::take(&mut self.near[v as usize]) {
             let row = &mut self.near[k as usize];
             if let Ok(at) = row.binary_search(&v) {
                 row.remove(at);
             }
-            if let Err(at) = row.binary_search(&u) {
+            if let Err(at) = row.binary_search(&u)
+                && k != u
+            {
                 row.insert(at, u);
             }
         }
-        let row = &mut self.near[u as usize];
-        row.extend(theirs);
-        row.sort_unstable();
-        row.dedup();
-        row.retain(|&k| k != u && k != v);
-        let moved = std::mem::take(&mut self.fans[v as usize]);
-        let mut fan = std::mem::take(&mut self.fans[u as usize]);
-        for &t in &moved {
+        for t in std::mem::take(&mut self.fans[v as usize]) {
             for corner in &mut self.corners[t as usize] {
                 *corner = if *corner == v { u } else { *corner };
             }
         }
-        fan.extend(moved);
-        let corners = &self.corners;
-        let turned = |t: u32| {
-            let [a, b, c] = corners[t as usize];
-            match (a.min(b).min(c), a, b) {
-                (least, first, _) if least == first => [a, b, c],
-                (least, _, second) if least == second => [b, c, a],
-                _ => [c, a, b],
-            }
-        };
-        fan.retain(|&t| {
-            let [a, b, c] = corners[t as usize];
-            a != b && b != c && c != a
-        });
-        // Triangles with the same corners and the same side are one.
-        fan.sort_unstable_by_key(|&t| (turned(t), t));
-        fan.dedup_by_key(|t| turned(*t));
-        self.fans[u as usize] = fan;
+        self.near[u as usize] = new.near;
+        self.fans[u as usize] = new.fan;
     }
 }
