@@ -1,5 +1,6 @@
-//! How far a level is from the mesh that it stands for: sampled distances between the two surfaces, as Metro measures them
-//! (Cignoni, Rocchini & Scopigno 1998).
+//! How far a level is from the mesh that it stands for: sampled distances between the two outer surfaces, as Metro measures
+//! them (Cignoni, Rocchini & Scopigno 1998). What of either cannot be seen from outside, as skin in a fold that the body closes
+//! over, is none of its outer surface.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use super::{
     level::Level,
     outer::outer,
     shape::{Shape, gradient},
+    sight::seen,
     tree::{Bounds, Tree, to_triangle},
 };
 
@@ -19,7 +21,10 @@ const SAMPLES: usize = 50_000;
 /// Facets of the surface are this much smaller than the diagonal.
 const FINENESS: f64 = 160.0;
 
-/// Distances in % of the bounding box's diagonal of the frame; of the sequence where the frame is a single point.
+/// Distance of the eye from a surface of which is asked whether it is seen, against the diagonal.
+const LIFT: f64 = 1.0 / 16_000.0;
+
+/// Distances between outer surfaces, in % of the bounding box's diagonal of the frame; of the sequence where the frame is a single point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distances {
     /// Greatest of all, in both directions.
@@ -35,7 +40,7 @@ pub struct Distances {
 pub enum Sheets {
     /// The outer surface of the interpolated spheres.
     Outer,
-    /// The triangles between the centres, and wires where there are none: of the classic quadric.
+    /// The triangles between the centres, and wires where there are none, as far as they are seen: of the classic quadric.
     Flat,
 }
 
@@ -64,7 +69,7 @@ pub fn surface_facets(
     let points: Vec<Facet> = shape.balls.iter().map(|ball| [ball.centre; 3]).collect();
     let surface = match sheets {
         Sheets::Outer => outer(&shape, size),
-        Sheets::Flat => flat(shape, size),
+        Sheets::Flat => seen(flat(shape, size), LIFT * hierarchy.diagonal),
     };
     if surface.is_empty() { points } else { surface }
 }
@@ -81,11 +86,8 @@ fn flat(mut shape: Shape, size: f64) -> Vec<Facet> {
 /// Distances of one frame.
 pub fn distances(hierarchy: &Hierarchy, level: &Level, sheets: Sheets, frame: usize) -> Distances {
     let position = |v: u32| hierarchy.position(v as usize, frame).as_dvec3();
-    let mesh: Vec<Facet> = hierarchy
-        .triangles
-        .iter()
-        .map(|t| t.map(position))
-        .collect();
+    let mesh = hierarchy.triangles.iter().map(|t| t.map(position));
+    let mesh = seen(mesh.collect(), LIFT * hierarchy.diagonal);
     let surface = surface_facets(hierarchy, level, sheets, frame);
     let points = (0..hierarchy.vertices as u32).map(position);
     let bounds = Bounds::of(points);

@@ -23,6 +23,7 @@ mod outer;
 mod quadric;
 mod region;
 mod shape;
+mod sight;
 mod solve;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -2,20 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{
     facets::{Facet, facets},
     shape::{Shape, Solid},
+    sight::{Sight, Walls, middle_and_normal},
     tree::Tree,
 };
-use crate::mesh::{Mesh, TriangleGrid};
 
-/// Directions of sight, over the whole sphere.
-const SIGHTS: usize = 96;
-/// Sights that must be free: a shell open at mouth or eyes lets a few out.
-const FREE: usize = 3;
 /// How often a facet is quartered where another solid cuts it.
 const CUTS: usize = 2;
 
@@ -31,9 +27,7 @@ pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
         tree: Tree::new(&boxes),
         solids: &solids,
         depth: 2.0 * chord,
-        lift: 0.01 * size,
     };
-
     let open: Vec<Facet> = facets(shape, size, chord)
         .into_par_iter()
         .flat_map_iter(|facet| {
@@ -44,11 +38,9 @@ pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
         .collect();
     // Whatever hides is hidden or not: whole solids, coarse, leave no gaps.
     let coarse = facets(shape, f64::INFINITY, 0.1 * size);
-    let walls = soup(&coarse);
-    let grid = TriangleGrid::new(&walls);
-    let sights = sights();
-    let reach = 4.0 * f64::from(walls.diagonal());
-    let seen = |facet: &Facet| hidden.seen(&grid, facet, &sights, reach);
+    let walls = Walls::new(&coarse);
+    let sight = Sight::new(&walls, 0.01 * size);
+    let seen = |facet: &Facet| hidden.seen(&sight, facet);
     let patches: Vec<Vec<Facet>> = patches(open, 3.0 * size);
     let kept = patches.into_par_iter().map(|mut patch| {
         // Sight changes slowly: where three facets agree they decide for a patch. Large ones, for cuts leave many small
@@ -91,8 +83,6 @@ struct Hidden<'a> {
     solids: &'a [Solid],
     /// Depth from which on a point is inside: facets stand a little inside of the solid that they are of.
     depth: f64,
-    /// Distance of the eye from the surface.
-    lift: f64,
 }
 
 impl Hidden<'_> {
@@ -116,48 +106,18 @@ impl Hidden<'_> {
             self.cut(part, cuts - 1, kept);
         }
     }
-}
 
-impl Hidden<'_> {
-    /// Whether enough sights from the middle of a facet are free. A sheet without thickness may be seen from either side;
-    /// a wire, which has no area, from all.
-    fn seen(&self, grid: &TriangleGrid<'_>, facet: &Facet, sights: &[DVec3], reach: f64) -> bool {
-        let [a, b, c] = facet;
-        let middle = (a + b + c) / 3.0;
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let free = |normal: DVec3| {
-            let origin = middle + normal * self.lift;
-            let ahead = |s: &&DVec3| normal == DVec3::ZERO || s.dot(normal) > 0.1;
-            let all = sights.iter().filter(ahead);
-            let free = all.filter(|s| grid.first_hit(origin, **s, reach, |_| true).is_none());
-            free.take(FREE).count() == FREE
-        };
-        let behind = middle - normal * self.lift;
+    /// Whether a facet is seen from outside; a sheet without thickness may be from either side.
+    fn seen(&self, sight: &Sight<'_>, facet: &Facet) -> bool {
+        let (middle, normal) = middle_and_normal(facet);
+        let behind = sight.eye(middle, -normal);
         let thin = || {
             !self
                 .tree
                 .any_at(behind, |k| self.solids[k].distance(behind) < 0.0)
         };
-        free(normal) || (thin() && free(-normal))
+        sight.free(middle, normal) || (thin() && sight.free(middle, -normal))
     }
-}
-
-fn soup(facets: &[Facet]) -> Mesh {
-    let corners: Vec<Vec3> = facets.iter().flatten().map(|p| p.as_vec3()).collect();
-    let rows = (0..facets.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-    Mesh::new(corners, rows.collect())
-}
-
-fn sights() -> Vec<DVec3> {
-    let golden = std::f64::consts::PI * (1.0 + 5f64.sqrt());
-    let sight = |i: usize| {
-        // A prime stride: neighbours in the list are far from each other in direction.
-        let i = (i * 37 % SIGHTS) as f64 + 0.5;
-        let z = 1.0 - 2.0 * i / SIGHTS as f64;
-        let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * (golden * i).cos(), r * (golden * i).sin(), z)
-    };
-    (0..SIGHTS).map(sight).collect()
 }
 
 #[cfg(test)]

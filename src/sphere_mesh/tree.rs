@@ -31,7 +31,7 @@ impl Bounds {
         }
     }
 
-    fn middle(&self) -> DVec3 {
+    pub(super) fn middle(&self) -> DVec3 {
         (self.low + self.high) * 0.5
     }
 

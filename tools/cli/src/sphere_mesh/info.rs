@@ -25,9 +25,10 @@ use crate::{
 #[derive(clap::Args)]
 #[command(after_help = "\
 Distances are in % of the bounding box's diagonal, means over the frames: H is the greatest in either direction, M12 the
-mean from the mesh to the level's outer surface, M21 from that to the mesh. With --against, the sequence that the file was
-built of, the classic quadric error metric (QEM) summed over the frames is built and measured at the same count, weighted by
-area alone and by curvature as well, which is how the spheres are built by default.
+mean from the mesh to the level, M21 from the level to the mesh. They are measured between outer surfaces: what of either
+cannot be seen from outside does not count. With --against, the sequence that the file was built of, the classic quadric error
+metric (QEM) summed over the frames is built and measured at the same count, weighted by area alone and by curvature as well,
+which is how the spheres are built by default.
 
 Examples:
   dermis sphere-mesh info horse.dsm --spheres 46
