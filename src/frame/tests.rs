@@ -87,6 +87,18 @@ fn buffer(gpu: &Gpu, name: &str) -> crate::gpu::Buffer {
         .unwrap()
 }
 
+/// target = source + constant.
+fn add<'a>(
+    builder: &'a mut FrameBuilder,
+    source: &crate::gpu::Buffer,
+    target: &crate::gpu::Buffer,
+    constant: u32,
+) -> PassBuilder<'a> {
+    let pass = builder.pass(&ADD);
+    let bound = pass.bind("source", source).bind("target", target);
+    bound.constants(&[COUNT, constant]).items(COUNT)
+}
+
 fn words(gpu: &Gpu, buffer: &crate::gpu::Buffer) -> Vec<u32> {
     bytemuck::pod_collect_to_vec(&gpu.download(buffer).unwrap())
 }
@@ -96,20 +108,9 @@ fn chain(gpu: &Gpu) -> (Frame, crate::gpu::Buffer) {
     let [a, b, c] = ["a", "b", "c"].map(|name| buffer(gpu, name));
     let mut builder = FrameBuilder::new(gpu, "chain");
     builder.fill(&a, 5);
-    builder
-        .pass(&ADD)
-        .bind("source", &a)
-        .bind("target", &b)
-        .constants(&[COUNT, 3])
-        .items(COUNT);
+    add(&mut builder, &a, &b, 3);
     builder.pass(&DOUBLE).bind("values", &b).items(COUNT);
-    builder
-        .pass(&ADD)
-        .bind("source", &b)
-        .bind("target", &a)
-        .constants(&[COUNT, 1])
-        .items(COUNT)
-        .label("add.last");
+    add(&mut builder, &b, &a, 1).label("add.last");
     builder.copy(&a, &c, a.bytes());
     (builder.build().unwrap(), c)
 }
@@ -268,13 +269,7 @@ fn spans_repeat_steps_with_their_index() {
     let mut builder = FrameBuilder::new(&gpu, "spans");
     builder.fill(&a, 0);
     let first = builder.steps();
-    builder
-        .pass(&ADD)
-        .bind("source", &a)
-        .bind("target", &b)
-        .constants(&[COUNT, 0])
-        .index_at(4)
-        .items(COUNT);
+    add(&mut builder, &a, &b, 0).index_at(4);
     builder.copy(&b, &a, a.bytes());
     let last = builder.steps();
     let mut frame = builder.build().unwrap();
@@ -305,13 +300,7 @@ fn constants_and_items_change_between_submissions() {
     let mut builder = FrameBuilder::new(&gpu, "changes");
     builder.fill(&a, 7);
     builder.fill(&b, 0);
-    let add = builder
-        .pass(&ADD)
-        .bind("source", &a)
-        .bind("target", &b)
-        .constants(&[COUNT, 1])
-        .items(COUNT)
-        .step();
+    let add = add(&mut builder, &a, &b, 1).step();
     let mut frame = builder.build().unwrap();
     frame.set_constants(add, &[COUNT, 2]).unwrap();
     frame.set_items(add, 64).unwrap();

@@ -18,13 +18,7 @@ fn halves(gpu: &Gpu, sections: &[Range<usize>]) -> (Frame, [Ring; 2]) {
         .constants(&[COUNT, 1])
         .items(COUNT);
     builder.pass(&DOUBLE).bind("values", &b).items(COUNT);
-    builder
-        .pass(&ADD)
-        .bind("source", &b)
-        .bind("target", &a)
-        .constants(&[COUNT, 0])
-        .index_at(4)
-        .items(COUNT);
+    add(&mut builder, &b, &a, 0).index_at(4);
     builder.pass(&DOUBLE).bind("values", &a).items(COUNT);
     builder.copy(&a, &c, a.bytes());
     builder.copy(&c, &rings[1], c.bytes());

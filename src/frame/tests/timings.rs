@@ -43,12 +43,7 @@ fn rounds(gpu: &Gpu) -> Frame {
     let [a, b] = ["a", "b"].map(|name| buffer(gpu, name));
     let mut builder = FrameBuilder::new(gpu, "rounds");
     for _ in 0..6 {
-        builder
-            .pass(&ADD)
-            .bind("source", &a)
-            .bind("target", &b)
-            .constants(&[COUNT, 3])
-            .items(COUNT);
+        add(&mut builder, &a, &b, 3);
         builder.pass(&DOUBLE).bind("values", &b).items(COUNT);
     }
     (0..3).for_each(|value| builder.fill(&a, value));
