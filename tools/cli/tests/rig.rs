@@ -132,7 +132,7 @@ fn what_does_not_fit_is_refused_and_nothing_is_written() {
 #[test]
 fn captured_sequences_are_met_closer_than_by_dem_bones() {
     // Dem Bones with as many bones and 4 influences, on the file's rest pose or the first frame, has 3.5 and 6.0 to 6.9.
-    for (name, spheres, most) in [("horse-gallop", "30", 2.4), ("cat-poses", "25", 6.1)] {
+    for (name, spheres, most) in [("horse-gallop", "30", 2.4), ("cat-poses", "25", 5.8)] {
         let Some(rest) = data(&format!("sequences/{name}/rest.obj")) else {
             return;
         };
