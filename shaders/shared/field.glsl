@@ -12,12 +12,30 @@ layout(set = 0, binding = FIRST_FIELD_BINDING + 4) uniform sampler3D operators;
 layout(set = 0, binding = FIRST_FIELD_BINDING + 5) uniform usamplerBuffer opening;
 
 layout(constant_id = 0) const uint COMPOSITION = UNIONS;
+layout(constant_id = 1) const bool EXACT_FILTER = true; // the device's filter weighs texels in single precision
 
 const float NULL_GRADIENT = 1e-6; // shorter gradients have no direction
 const float OPENING_ROWS = 128.0;
 const float FAINT = 1e-5; // lesser fields leave others as they are
 
 uint fetches = 0u;
+
+// The trilinear sample at normalised coordinates.
+vec4 filtered(sampler3D image, vec3 at) {
+    if (EXACT_FILTER) {
+        return textureLod(image, at, 0.0);
+    }
+    ivec3 last = textureSize(image, 0) - 1;
+    vec3 texel = at * vec3(last + 1) - 0.5;
+    vec3 part = fract(texel);
+    ivec3 low = clamp(ivec3(floor(texel)), ivec3(0), last), high = clamp(ivec3(floor(texel)) + 1, ivec3(0), last);
+    vec4 near_low = mix(texelFetch(image, low, 0), texelFetch(image, ivec3(high.x, low.yz), 0), part.x);
+    vec4 near_high = mix(texelFetch(image, ivec3(low.x, high.y, low.z), 0), texelFetch(image, ivec3(high.xy, low.z), 0), part.x);
+    vec4 far_low = mix(texelFetch(image, ivec3(low.xy, high.z), 0), texelFetch(image, ivec3(high.x, low.y, high.z), 0), part.x);
+    vec4 far_high = mix(texelFetch(image, ivec3(low.x, high.yz), 0), texelFetch(image, high, 0), part.x);
+    return mix(mix(near_low, near_high, part.y), mix(far_low, far_high, part.y), part.z);
+}
+
 // How far the last walk's place lay in a contact sheet: depth of the contact, times the lesser field over the greater.
 float sheet = 0.0;
 const float IN_CONTACT = 0.5; // how far in a sheet a place is in contact
@@ -26,7 +44,7 @@ const float IN_CONTACT = 0.5; // how far in a sheet a place is in contact
 vec4 sample_field(uint i, Box box, vec3 x) {
     // Texel i of a tile of 32 lies at box coordinate i / 31.
     vec3 tile = (vec3(unpack(field_word(i, TILE))) * 32.0 + 0.5) / 31.0;
-    vec4 t = textureLod(atlas, (tile + clamp(in_box(box, x), 0.0, 1.0)) * fields.box_scale.xyz, 0.0);
+    vec4 t = filtered(atlas, (tile + clamp(in_box(box, x), 0.0, 1.0)) * fields.box_scale.xyz);
     return vec4(t.x, t.y * box.row0.xyz + t.z * box.row1.xyz + t.w * box.row2.xyz);
 }
 
@@ -44,7 +62,7 @@ vec3 operate(uint kind, float a, float b, float third) {
     vec3 at = clamp(vec3(a, b, third), 0.0, 1.0) * 127.0 + 0.5;
     at.z += 128.0 * float(kind - 1u);
     fetches++;
-    return textureLod(operators, at / vec3(textureSize(operators, 0)), 0.0).xyz;
+    return filtered(operators, at / vec3(textureSize(operators, 0))).xyz;
 }
 
 // Operator number `kind` (from 1) on two samples; their maximum where the angle is undefined.

@@ -201,6 +201,7 @@ fn host(desc: &dm_vulkan_desc) -> Result<Host, Fault> {
         features: Features {
             synchronization2: desc.features & DM_FEATURE_SYNCHRONIZATION2 != 0,
             labels: desc.features & DM_FEATURE_DEBUG_UTILS != 0,
+            exact_filter: true,
             ..Features::NONE
         },
     })

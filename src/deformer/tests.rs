@@ -12,7 +12,7 @@ mod tracking;
 
 use super::{machine::GpuMachine, *};
 use crate::{
-    gpu::{Access, DeviceSelector, GpuOptions},
+    gpu::{Access, DeviceSelector, Features, GpuOptions, testing},
     report::Progress,
     rig::Options,
 };
@@ -299,7 +299,12 @@ fn compare_all(file: &str, joints: &[(&str, crate::compose::Operator)], methods:
 }
 
 fn compare_steps(rig: &Arc<Rig>, methods: &[Method]) {
-    let Some(gpu) = gpu() else { return };
+    if let Some(gpu) = gpu() {
+        compare_on(&gpu, rig, methods);
+    }
+}
+
+fn compare_on(gpu: &Gpu, rig: &Arc<Rig>, methods: &[Method]) {
     for &method in methods {
         let settings = Settings {
             method,
@@ -350,6 +355,21 @@ fn every_pass_agrees_with_its_twin_on_cesium_man() {
         &[("joint_8", Blend), ("joint_11", Bulge)],
         &all,
     );
+}
+
+#[test]
+fn every_pass_agrees_with_its_twin_where_shaders_weigh_texels() {
+    use crate::compose::Operator::{Blend, Bulge, Union};
+    let Some(gpu) = testing::with(&GpuOptions::default(), Features::NONE) else {
+        return;
+    };
+    for (below, method) in [(Blend, Method::Implicit), (Union, Method::Tracking)] {
+        let operators = [("joint_8", below), ("joint_11", Bulge)];
+        let Some(rig) = rig("khronos/CesiumMan.glb", &operators) else {
+            return;
+        };
+        compare_on(&gpu, &rig, &[method]);
+    }
 }
 
 #[test]

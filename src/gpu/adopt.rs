@@ -28,7 +28,7 @@ pub struct Host {
     pub queue: vk::Queue,
     /// Its family, which has to do compute.
     pub queue_family: u32,
-    /// What the host has turned on, extensions and features both. Timestamps need nothing to be turned on.
+    /// What the host has turned on, extensions and features both. Timestamps and filters need nothing to be turned on.
     pub features: Features,
 }
 
@@ -81,6 +81,7 @@ impl Gpu {
         let timestamps = physical.family_properties.timestamp_valid_bits > 0;
         let features = Features {
             timestamps: host.features.timestamps && timestamps,
+            exact_filter: host.features.exact_filter && physical.filters_exactly(),
             ..host.features
         };
         check_functions(&instance, &device, features)?;

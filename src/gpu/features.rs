@@ -22,6 +22,9 @@ pub struct Features {
     pub wireframe: bool,
     /// Fragment shaders run a sample each, for smooth outlines of what they intersect; the fallback has steps there.
     pub sample_shading: bool,
+    /// Images are filtered with weights of single precision, as software rasterisers do; the fallback weighs texels in
+    /// shaders, since graphics processors know but 256 weights between two texels, by which the skin would tremble.
+    pub exact_filter: bool,
 }
 
 impl Features {
@@ -33,6 +36,7 @@ impl Features {
         calibrated_timestamps: true,
         wireframe: true,
         sample_shading: true,
+        exact_filter: true,
     };
     /// Only the baseline.
     pub const NONE: Self = Self {
@@ -42,6 +46,7 @@ impl Features {
         calibrated_timestamps: false,
         wireframe: false,
         sample_shading: false,
+        exact_filter: false,
     };
 }
 
@@ -89,6 +94,7 @@ impl Offer {
                 && has(ext::calibrated_timestamps::NAME),
             wireframe: wanted.wireframe && core.fill_mode_non_solid == vk::TRUE,
             sample_shading: wanted.sample_shading && core.sample_rate_shading == vk::TRUE,
+            exact_filter: wanted.exact_filter && physical.filters_exactly(),
         };
         Ok(Self {
             used,

@@ -39,6 +39,12 @@ impl Physical {
         local.map(|h| h.size).max().unwrap_or(0)
     }
 
+    /// Whether it filters images with weights of single precision. No limit tells: llvmpipe, which does, reports the eight
+    /// bits of graphics processors.
+    pub(crate) fn filters_exactly(&self) -> bool {
+        self.properties.device_type == vk::PhysicalDeviceType::CPU
+    }
+
     /// A device of the host's, with the family of its queue.
     pub(crate) fn of_host(
         instance: &Instance,

@@ -93,7 +93,8 @@ impl Shared {
         // SAFETY: what fails leaves nothing behind but the handles made before it, which nobody else has.
         let destroy_set = || unsafe { device.destroy_descriptor_set_layout(set_layout, None) };
         let layout = layout(device, declaration, set_layout).inspect_err(|_| destroy_set())?;
-        let raw = compute(device, name, &words, &entry, layout, variant).inspect_err(|_| {
+        let constants = [variant, u32::from(self.features.exact_filter)];
+        let raw = compute(device, name, &words, &entry, layout, constants).inspect_err(|_| {
             // SAFETY: as above.
             unsafe { device.destroy_pipeline_layout(layout, None) };
             destroy_set();
@@ -273,18 +274,21 @@ fn compute(
     words: &[u32],
     entry: &std::ffi::CStr,
     layout: vk::PipelineLayout,
-    variant: u32,
+    constants: [u32; 2],
 ) -> Result<vk::Pipeline> {
     let info = vk::ShaderModuleCreateInfo::default().code(words);
     // SAFETY: the device is alive; the words come from the SPIR-V compiler and were embedded at build time.
     let module = unsafe { device.create_shader_module(&info, None) }
         .subject("vkCreateShaderModule", name)?;
-    // A shader without constant 0 ignores it.
-    let entries = [vk::SpecializationMapEntry::default().size(4)];
-    let value = variant.to_ne_bytes();
+    // Specialization constants 0 and 1; a shader ignores those that it has not.
+    let entries = [0, 1].map(|id| vk::SpecializationMapEntry {
+        constant_id: id,
+        offset: 4 * id,
+        size: 4,
+    });
     let special = vk::SpecializationInfo::default()
         .map_entries(&entries)
-        .data(&value);
+        .data(bytemuck::bytes_of(&constants));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .specialization_info(&special)
         .stage(vk::ShaderStageFlags::COMPUTE)
