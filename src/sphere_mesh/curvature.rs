@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::{
@@ -27,6 +28,7 @@ pub(super) fn importance(input: &Input, power: f64) -> Vec<[f32; LANES]> {
 }
 
 /// κ₁² + κ₂² = 4 H² - 2 K of a vertex in four frames, at least 0.
+#[multiversion(targets("x86_64+avx2"))]
 fn total(input: &Input, v: usize, group: usize) -> X4 {
     let point = |v: u32| V4::widen(&input.position(v as usize)[group]);
     let here = point(v as u32);

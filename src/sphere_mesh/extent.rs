@@ -1,5 +1,6 @@
 //! Extents of regions along fixed directions, whose least bounds a sphere's radius (2016, "Radius bound computation").
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::{
@@ -216,6 +217,7 @@ fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
 }
 
 /// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
+#[multiversion(targets("x86_64+avx2"))]
 fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [i16]) {
     let (forwards, backwards) = ends.split_at_mut(input.frames);
     let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));

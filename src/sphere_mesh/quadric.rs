@@ -1,5 +1,6 @@
 //! Spherical quadrics over all frames (2016, Eqs. 5 to 8), in 3 F + 1 dimensions, block by block.
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::{
@@ -135,6 +136,7 @@ impl Quadric<'_> {
     }
 }
 
+#[multiversion(targets("x86_64+avx2"))]
 fn add(to: &mut [f64], from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(a, b)| *a += b);
 }
@@ -157,6 +159,7 @@ impl Sum {
 }
 
 /// Fills the quadric of a vertex; answers what its frames share and its area, all frames together.
+#[multiversion(targets("x86_64+avx2"))]
 fn cell(
     input: &Input,
     v: usize,
@@ -227,6 +230,7 @@ fn real_frames(frames: usize, group: usize) -> X4 {
 
 /// Area of a vertex's barycentric cell and its moment: thirds of triangles, whose means are 11/18 of the way to the
 /// centre of the corner's cell: (22 here + 7 a + 7 b) / 36.
+#[multiversion(targets("x86_64+avx2"))]
 fn moments(input: &Input, v: usize, drifts: &mut [Drift]) {
     for (group, drift) in drifts.iter_mut().enumerate() {
         let point = |v: u32| V4::widen(&input.position(v as usize)[group]);

@@ -1,5 +1,7 @@
 //! The best animated sphere for the union of two regions (2016, Eq. 9 and appendix A).
 
+use multiversion::multiversion;
+
 use super::{
     lanes::{Points, S4, V4, X4},
     quadric::Sum,
@@ -72,45 +74,46 @@ struct Reduced {
     whole: f64,
 }
 
-impl Reduced {
-    fn new(edge: Edge<'_>) -> Self {
-        let zero = X4::default();
-        let (mut nmn, mut nmb, mut bmb, mut c) = (zero, zero, zero, zero);
-        let (mut mu, mut nu, mut beta, mut gamma, mut base) = (zero, zero, zero, zero, zero);
-        for group in 0..edge.groups() {
-            let block = edge.sum(group);
-            let (adjugate, inverse) = inverse(&block.m);
-            let mn = adjugate.times(block.n).times(inverse);
-            nmn += block.n.dot(mn);
-            nmb += block.b.dot(mn);
-            bmb += block.b.dot(adjugate.times(block.b)) * inverse;
-            c += block.c;
-            // In degenerate frames the centre is on the edge; the others are blanked out.
-            if inverse.0.iter().all(|&i| i != 0.0) {
-                continue;
-            }
-            let bad = inverse.map(|i| f64::from(u8::from(i == 0.0)));
-            let (from, along) = edge.line(group);
-            let (m_from, m_along) = (block.m.times(from), block.m.times(along));
-            mu += m_along.dot(along) * bad;
-            nu += block.n.dot(along) * bad;
-            beta += (block.b - m_from).dot(along) * bad;
-            gamma += block.n.dot(from) * bad;
-            let half = m_from.times(X4::splat(0.5));
-            base += (half - block.b).dot(from) * bad;
+#[multiversion(targets("x86_64+avx2"))]
+fn reduce(edge: Edge<'_>) -> Reduced {
+    let zero = X4::default();
+    let (mut nmn, mut nmb, mut bmb, mut c) = (zero, zero, zero, zero);
+    let (mut mu, mut nu, mut beta, mut gamma, mut base) = (zero, zero, zero, zero, zero);
+    for group in 0..edge.groups() {
+        let block = edge.sum(group);
+        let (adjugate, inverse) = inverse(&block.m);
+        let mn = adjugate.times(block.n).times(inverse);
+        nmn += block.n.dot(mn);
+        nmb += block.b.dot(mn);
+        bmb += block.b.dot(adjugate.times(block.b)) * inverse;
+        c += block.c;
+        // In degenerate frames the centre is on the edge; the others are blanked out.
+        if inverse.0.iter().all(|&i| i != 0.0) {
+            continue;
         }
-        let [a, b] = edge.regions.map(|r| r.quadric.sums);
-        Self {
-            mu: mu.sum(),
-            nu: nu.sum(),
-            w: a.weight + b.weight - nmn.sum(),
-            beta: beta.sum(),
-            gamma: a.offset + b.offset - gamma.sum() - nmb.sum(),
-            base: a.constant + b.constant + c.sum() - 0.5 * bmb.sum() + base.sum(),
-            whole: a.weight + b.weight,
-        }
+        let bad = inverse.map(|i| f64::from(u8::from(i == 0.0)));
+        let (from, along) = edge.line(group);
+        let (m_from, m_along) = (block.m.times(from), block.m.times(along));
+        mu += m_along.dot(along) * bad;
+        nu += block.n.dot(along) * bad;
+        beta += (block.b - m_from).dot(along) * bad;
+        gamma += block.n.dot(from) * bad;
+        let half = m_from.times(X4::splat(0.5));
+        base += (half - block.b).dot(from) * bad;
     }
+    let [a, b] = edge.regions.map(|r| r.quadric.sums);
+    Reduced {
+        mu: mu.sum(),
+        nu: nu.sum(),
+        w: a.weight + b.weight - nmn.sum(),
+        beta: beta.sum(),
+        gamma: a.offset + b.offset - gamma.sum() - nmb.sum(),
+        base: a.constant + b.constant + c.sum() - 0.5 * bmb.sum() + base.sum(),
+        whole: a.weight + b.weight,
+    }
+}
 
+impl Reduced {
     fn cost(&self, lambda: f64, r: f64) -> f64 {
         0.5 * self.mu * lambda * lambda + self.nu * lambda * r + 0.5 * self.w * r * r
             - self.beta * lambda
@@ -173,7 +176,7 @@ impl Reduced {
 /// The sphere of least cost for the union of two regions. The radius is bound by the width of the union, or 0 without
 /// extents (the classic quadric).
 pub(super) fn sphere(edge: Edge<'_>) -> Sphere {
-    let reduced = Reduced::new(edge);
+    let reduced = reduce(edge);
     let mut sphere = match edge.regions.map(|r| r.extent.as_ref()) {
         [Some(u), Some(v)] => {
             // The exact bound is dear; where the best sphere of all is below what is known of it, it is not asked for.
@@ -195,6 +198,7 @@ pub(super) fn sphere(edge: Edge<'_>) -> Sphere {
 }
 
 /// Centres of a sphere that [`sphere`] found, a group after the other.
+#[multiversion(targets("x86_64+avx2"))]
 pub(super) fn centres(edge: Edge<'_>, sphere: &Sphere) -> Vec<Points> {
     let centres = (0..edge.groups()).map(|group| {
         let block = edge.sum(group);
