@@ -16,6 +16,7 @@ use super::{
     options::Options,
     quadric,
     region::Region,
+    rows::Rows,
     solve::{self, Edge},
     topology::{Surroundings, Topology},
 };
@@ -31,28 +32,19 @@ const SHARE: usize = 64;
 /// Solutions that a collapse takes as long as, about: its new edges, its centres and the union of its regions.
 const SOLUTIONS: usize = 10;
 
-/// Does the same to all items, each of which takes as long as solving `groups`, on several threads where it pays.
-fn shared<T: Send, R: Send>(
-    items: Vec<T>,
-    groups: usize,
-    work: impl Fn(T) -> R + Sync + Send,
-) -> Vec<R> {
-    if items.len() * groups < 2 * SHARE {
-        return items.into_iter().map(work).collect();
-    }
-    let part = SHARE.div_ceil(groups);
-    let items = items.into_par_iter().with_min_len(part);
-    items.map(work).collect()
+/// Items that a thread should have at least, each of which takes as long as solving `groups`; nothing where one does them all.
+fn share(items: usize, groups: usize) -> Option<usize> {
+    (items * groups >= 2 * SHARE).then(|| SHARE.div_ceil(groups))
 }
 
-/// An edge of the queue; it is out of date when one of its ends has changed.
-#[derive(Clone, Copy, PartialEq)]
+/// An edge of the queue; it is out of date when one of its ends has changed. Its sphere is solved again where it collapses: few
+/// do, and the queue is the quicker the less there is of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
-    sphere: solve::Sphere,
+    cost: f64,
+    /// The one that has it in its list is the first.
     ends: [u32; 2],
     stamps: [u32; 2],
-    /// The end that has it in its list.
-    owner: u32,
 }
 
 impl Candidate {
@@ -63,8 +55,18 @@ impl Candidate {
 
     /// Whether the owner has not changed since.
     fn listed(&self, stamps: &[u32]) -> bool {
-        let mut ends = self.ends.iter().zip(self.stamps);
-        ends.any(|(&end, stamp)| end == self.owner && stamps[end as usize] == stamp)
+        stamps[self.owner()] == self.stamps[0]
+    }
+
+    /// The slot that has it in its list.
+    fn owner(&self) -> usize {
+        self.ends[0] as usize
+    }
+
+    /// The ends, the lesser first.
+    fn pair(&self) -> [u32; 2] {
+        let [a, b] = self.ends;
+        [a.min(b), a.max(b)]
     }
 }
 
@@ -73,8 +75,8 @@ impl Eq for Candidate {}
 impl Ord for Candidate {
     /// The cheapest is the greatest; equal costs go by their ends, so that the order never depends on threads.
     fn cmp(&self, other: &Self) -> Ordering {
-        let costs = other.sphere.cost.total_cmp(&self.sphere.cost);
-        costs.then_with(|| other.ends.cmp(&self.ends))
+        let costs = other.cost.total_cmp(&self.cost);
+        costs.then_with(|| other.pair().cmp(&self.pair()))
     }
 }
 
@@ -97,10 +99,15 @@ struct End<'a> {
 struct Pair<'a> {
     candidate: Candidate,
     regions: [Region<'a>; 2],
+    made: Made,
 }
 
 /// What an edge becomes.
+#[derive(Default)]
 struct Made {
+    /// Whether it collapses: it does not where that turns triangles over.
+    good: bool,
+    sphere: solve::Sphere,
     centres: Vec<Points>,
     surroundings: Surroundings,
     /// The edges to its neighbours, cheapest last.
@@ -121,7 +128,9 @@ struct Collapse<'a> {
     /// The cheapest edge of every slot that has any.
     queue: BinaryHeap<Candidate>,
     /// The others of each slot, cheapest last. An edge is in the list of one end: the one that changed last.
-    lists: Vec<Vec<Candidate>>,
+    lists: Rows<Candidate>,
+    /// What collapses made, to be filled anew.
+    spare: Vec<Made>,
     /// Edges that would turn triangles over.
     turned: Vec<Candidate>,
     /// Centres of the spheres that collapses made: `[collapse][group]`.
@@ -179,7 +188,8 @@ fn collapse(
         stamp: vec![0; count],
         cost: vec![0.0; count],
         queue: BinaryHeap::new(),
-        lists: Vec::new(),
+        lists: Rows::with_capacity(count, input.mesh.one_ring.items.len() / 2),
+        spare: Vec::new(),
         turned: Vec::new(),
         centres: Vec::with_capacity(count * input.groups),
         merges: Vec::with_capacity(count),
@@ -197,19 +207,21 @@ fn collapse(
 }
 
 /// Solves the edge between two ends, in the list of the first; nothing where it has no sphere.
-fn candidate(a: End<'_>, b: End<'_>) -> Option<Candidate> {
-    let owner = a.slot;
+fn candidate(owner: End<'_>, other: End<'_>) -> Option<Candidate> {
+    let cost = sphere(owner, other).cost;
+    cost.is_finite().then_some(Candidate {
+        cost,
+        ends: [owner.slot, other.slot],
+        stamps: [owner.stamp, other.stamp],
+    })
+}
+
+/// The sphere of an edge, whichever of its ends comes first.
+fn sphere(a: End<'_>, b: End<'_>) -> solve::Sphere {
     let (a, b) = if a.slot < b.slot { (a, b) } else { (b, a) };
-    let edge = Edge {
+    solve::sphere(Edge {
         regions: [a.region, b.region],
         centres: [a.centres, b.centres],
-    };
-    let sphere = solve::sphere(edge);
-    sphere.cost.is_finite().then_some(Candidate {
-        sphere,
-        ends: [a.slot, b.slot],
-        stamps: [a.stamp, b.stamp],
-        owner,
     })
 }
 
@@ -237,15 +249,20 @@ impl<'a> Collapse<'a> {
     fn start(&mut self) {
         let count = self.input.mesh.positions.len() as u32;
         let this = &*self;
-        let lists = (0..count).into_par_iter().map(|u| {
-            let later = this.topology.near(u).iter().filter(|&&v| v > u);
-            let edges = later.filter_map(|&v| candidate(this.end(u)?, this.end(v)?));
-            let mut edges: Vec<Candidate> = edges.collect();
-            edges.sort_unstable();
-            edges
+        let later = |u: u32| this.topology.near(u).iter().filter(move |&&v| v > u);
+        let edges = (0..count).into_par_iter().flat_map_iter(|u| {
+            let edges = later(u).map(move |&v| (u, v));
+            edges.filter_map(|(u, v)| candidate(this.end(u)?, this.end(v)?))
         });
-        self.lists = lists.collect();
-        let cheapest = self.lists.iter_mut().filter_map(Vec::pop);
+        let edges: Vec<Candidate> = edges.collect();
+        let mut rest = &edges[..];
+        for u in 0..count as usize {
+            let (row, after) = rest.split_at(rest.partition_point(|e| e.owner() == u));
+            rest = after;
+            self.lists.push(row.iter().copied());
+            self.lists.row_mut(u).sort_unstable();
+        }
+        let cheapest = (0..count as usize).filter_map(|u| self.lists.pop(u));
         self.queue = cheapest.collect();
     }
 
@@ -298,11 +315,11 @@ impl<'a> Collapse<'a> {
         let Some(mut first) = self.queue.peek_mut() else {
             return;
         };
-        let owner = first.owner as usize;
+        let owner = first.owner();
         // A list that has been replaced has an edge of its own in the queue.
         let same = first.listed(&self.stamp);
         let next = loop {
-            match self.lists[owner].pop_if(|_| same) {
+            match same.then(|| self.lists.pop(owner)).flatten() {
                 Some(next) if !next.current(&self.stamp) => (),
                 next => break next,
             }
@@ -347,80 +364,92 @@ impl<'a> Collapse<'a> {
     fn step(&mut self, batch: &[Candidate], watch: bool) {
         let pairs = batch.iter().filter_map(|&candidate| {
             let [u, v] = candidate
-                .ends
+                .pair()
                 .map(|slot| self.regions[slot as usize].take());
-            let regions = [u?, v?];
-            Some(Pair { candidate, regions })
+            Some(Pair {
+                candidate,
+                regions: [u?, v?],
+                made: self.spare.pop().unwrap_or_default(),
+            })
         });
-        let pairs: Vec<Pair<'a>> = pairs.collect();
+        let mut pairs: Vec<Pair<'a>> = pairs.collect();
         let this = &*self;
-        let work = this.input.groups * SOLUTIONS;
-        let done = shared(pairs, work, |mut pair| {
-            let made = this.made(&mut pair, watch);
-            (pair, made)
-        });
-        for (pair, made) in done {
-            self.apply(pair, made);
+        match share(pairs.len(), this.input.groups * SOLUTIONS) {
+            None => pairs.iter_mut().for_each(|pair| this.make(pair, watch)),
+            Some(least) => {
+                let pairs = pairs.par_iter_mut().with_min_len(least);
+                pairs.for_each(|pair| this.make(pair, watch));
+            }
+        }
+        for pair in pairs {
+            self.apply(pair);
         }
     }
 
-    /// Unites the regions of a pair; nothing where that turns triangles over.
-    fn made(&self, pair: &mut Pair<'a>, watch: bool) -> Option<Made> {
-        let [u, v] = pair.candidate.ends;
+    /// Unites the regions of a pair, but not where that turns triangles over.
+    fn make(&self, pair: &mut Pair<'a>, watch: bool) {
+        let [u, v] = pair.candidate.pair();
         let [a, b] = &mut pair.regions;
+        let made = &mut pair.made;
         let edge = Edge {
             regions: [&*a, &*b],
             centres: [self.sphere(u), self.sphere(v)],
         };
-        let centres = solve::centres(edge, &pair.candidate.sphere);
-        if watch && self.turns(u, v, &centres) {
-            return None;
+        made.sphere = solve::sphere(edge);
+        solve::centres(edge, &made.sphere, &mut made.centres);
+        made.good = !(watch && self.turns(u, v, &made.centres));
+        if !made.good {
+            return;
         }
         a.merge(b);
         let here = End {
             slot: u,
             stamp: self.stamp[u as usize] + 1,
             region: &*a,
-            centres: &centres,
+            centres: &made.centres,
         };
-        let surroundings = self.topology.united(u, v);
-        let near = surroundings.near.clone();
-        let edges = shared(near, self.input.groups, |k| candidate(here, self.end(k)?));
-        let mut edges: Vec<Candidate> = edges.into_iter().flatten().collect();
-        edges.sort_unstable();
-        Some(Made {
-            centres,
-            surroundings,
-            edges,
-        })
+        self.topology.unite(u, v, &mut made.surroundings);
+        self.edges(here, &made.surroundings.near, &mut made.edges);
     }
 
-    fn apply(&mut self, pair: Pair<'a>, made: Option<Made>) {
-        let [u, v] = pair.candidate.ends;
+    /// The edges from a region to its neighbours, cheapest last.
+    fn edges(&self, here: End<'_>, near: &[u32], edges: &mut Vec<Candidate>) {
+        let edge = |&k: &u32| candidate(here, self.end(k)?);
+        edges.clear();
+        match share(near.len(), self.input.groups) {
+            None => edges.extend(near.iter().filter_map(edge)),
+            Some(least) => edges.par_extend(near.par_iter().with_min_len(least).filter_map(edge)),
+        }
+        edges.sort_unstable();
+    }
+
+    fn apply(&mut self, pair: Pair<'a>) {
+        let [u, v] = pair.candidate.pair();
         let (a, b) = (u as usize, v as usize);
         let [region, other] = pair.regions;
+        let made = pair.made;
         self.regions[a] = Some(region);
-        let Some(made) = made else {
+        if made.good {
+            let before = self.merges.last().map_or(0.0, |m| m.total);
+            self.merges.push(Merge {
+                children: [self.node[a], self.node[b]],
+                radius: made.sphere.radius as f32,
+                total: before + made.sphere.cost - (self.cost[a] + self.cost[b]),
+            });
+            self.centres.extend_from_slice(&made.centres);
+            self.cost[a] = made.sphere.cost;
+            self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
+            self.topology.collapse(u, v, &made.surroundings);
+            self.stamp[a] += 1;
+            self.stamp[b] = DEAD;
+            self.lists.clear(b);
+            self.lists.replace(a, &made.edges);
+            self.queue.extend(self.lists.pop(a));
+        } else {
             self.regions[b] = Some(other);
             self.turned.push(pair.candidate);
-            return;
-        };
-        let sphere = pair.candidate.sphere;
-        let before = self.merges.last().map_or(0.0, |m| m.total);
-        self.merges.push(Merge {
-            children: [self.node[a], self.node[b]],
-            radius: sphere.radius as f32,
-            total: before + sphere.cost - (self.cost[a] + self.cost[b]),
-        });
-        self.centres.extend(made.centres);
-        self.cost[a] = sphere.cost;
-        self.node[a] = (self.input.mesh.positions.len() + self.merges.len() - 1) as u32;
-        self.topology.collapse(u, v, made.surroundings);
-        self.stamp[a] += 1;
-        self.stamp[b] = DEAD;
-        self.lists[b] = Vec::new();
-        self.lists[a] = made.edges;
-        self.queue.extend(self.lists[a].pop());
+        }
+        self.spare.push(made);
     }
 
     /// Whether large triangles turn over in many frames: Σ_f √(A A') n·n' < 0 for one of those that stay.

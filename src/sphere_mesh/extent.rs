@@ -8,62 +8,50 @@ use super::{
     lanes::{LANES, Points, least, most, zip},
 };
 
-/// Three axes and a Fibonacci half-sphere.
-const DIRECTIONS: usize = 33;
+/// Three axes and a Fibonacci half-sphere: as dense as 64 directions on the whole.
+const DIRECTIONS: usize = 32;
 /// Share of the width that a radius may have.
 const BOUND: f32 = 0.75;
 
 /// Steps from the middle of a frame to its farthest point: a width of twice that is a number still.
 const STEPS: f32 = 16_000.0;
 
-/// What the extents of all regions are kept in, in steps and without padding, for they take more memory than all else.
+/// Coordinates of a point along all directions.
+type Shadow = [f32; DIRECTIONS];
+
+/// Greatest coordinates along each direction and against it, in steps from the middle of a frame:
+/// `[forwards, backwards][direction]`.
+type Ends = [[i16; DIRECTIONS]; 2];
+
+/// What the extents of all regions are kept in, in steps, for they take more memory than all else: `[region][frame]`.
 #[derive(Debug)]
-pub(super) struct Storage {
-    /// `[region][direction][forwards, backwards][frame]`.
-    ends: Vec<i16>,
-    /// `[region][direction]`.
-    least: Vec<i16>,
-}
+pub(super) struct Storage(Vec<Ends>);
 
 impl Storage {
     /// For barycentric cells.
     pub(super) fn new(input: &Input) -> Self {
-        let rows = input.mesh.positions.len() * DIRECTIONS;
-        Self {
-            ends: vec![0; rows * 2 * input.frames],
-            least: vec![0; rows],
-        }
+        let count = input.mesh.positions.len() * input.frames;
+        Self(vec![[[0; DIRECTIONS]; 2]; count])
     }
 }
 
-/// Extents of a region in all frames, in steps.
+/// Extents of a region in all frames.
 #[derive(Debug)]
 pub(super) struct Extent<'a> {
-    frames: usize,
     /// Length of a step.
     step: f32,
-    /// Greatest coordinates along each direction and against it, from the middle of the frame:
-    /// `[direction][forwards, backwards][frame]`.
-    ends: &'a mut [i16],
-    /// Least width over the frames along each direction: the union's is no less than its parts'.
-    least: &'a mut [i16],
-    width: Width,
-}
-
-/// Least width of a region and where it is.
-#[derive(Clone, Copy, Debug, Default)]
-struct Width {
+    /// `[frame]`.
+    ends: &'a mut [Ends],
+    /// Least width over frames and directions.
     width: i16,
-    direction: u32,
-    frame: u32,
 }
 
-/// Unit vectors, one of each opposite pair.
-fn directions() -> [[f32; 3]; DIRECTIONS] {
-    let mut all = [[0.0; 3]; DIRECTIONS];
+/// Unit vectors, one of each opposite pair: `[axis][direction]`.
+fn directions() -> [[f32; DIRECTIONS]; 3] {
+    let mut all = [[0.0; DIRECTIONS]; 3];
     let count = (DIRECTIONS - 3) as f64;
-    for (i, direction) in all.iter_mut().enumerate() {
-        *direction = match i {
+    for i in 0..DIRECTIONS {
+        let direction = match i {
             0..3 => std::array::from_fn(|k| if k == i { 1.0 } else { 0.0 }),
             _ => {
                 let i = (i - 3) as f64 + 0.5;
@@ -73,41 +61,25 @@ fn directions() -> [[f32; 3]; DIRECTIONS] {
                 [r * turn.cos(), r * turn.sin(), z].map(|x| x as f32)
             }
         };
+        for (axis, x) in all.iter_mut().zip(direction) {
+            axis[i] = x;
+        }
     }
     all
 }
 
 /// Extents of the barycentric cells: of a vertex, the middles of its edges and the centres of its triangles.
 pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'a>> {
-    let frames = input.frames;
     let middles = middles(input);
     let step = reach(input, &middles) / STEPS;
-    let ends = storage.ends.chunks_exact_mut(DIRECTIONS * 2 * frames);
-    let rows = ends.zip(storage.least.chunks_exact_mut(DIRECTIONS));
-    let extents = rows.map(|(ends, least)| Extent {
-        frames,
-        step,
-        ends,
-        least,
-        width: Width::default(),
+    let directions = directions().map(|axis| axis.map(|x| x / step));
+    let rows = storage.0.par_chunks_exact_mut(input.frames).enumerate();
+    let extents = rows.map(|(v, ends)| {
+        cell(input, v, &middles, &directions, ends);
+        let width = least_width(ends, ends);
+        Extent { step, ends, width }
     });
-    let mut extents: Vec<Extent<'a>> = extents.collect();
-    let mut shadows = vec![[0.0; LANES]; input.positions.len()];
-    for (k, direction) in directions().iter().enumerate() {
-        let direction = direction.map(|x| x / step);
-        let points = shadows.par_iter_mut().zip(&input.positions).enumerate();
-        points.for_each(|(row, (shadow, points))| {
-            let middle = along(&direction, &middles[row % input.groups]);
-            *shadow = zip(along(&direction, points), middle, |a, b| a - b);
-        });
-        let cells = extents.par_iter_mut().enumerate();
-        cells.for_each(|(v, extent)| {
-            let ends = &mut extent.ends[k * 2 * frames..][..2 * frames];
-            cell(input, v, &shadows, ends);
-        });
-    }
-    extents.par_iter_mut().for_each(Extent::measure);
-    extents
+    extents.collect()
 }
 
 /// Middle of the bounding box of each frame, in groups.
@@ -143,30 +115,12 @@ fn reach(input: &Input, middles: &[Points]) -> f32 {
 impl Extent<'_> {
     /// No more than [`Extent::bound`], at no cost.
     pub(super) fn bound_from_below(&self, other: &Self) -> f64 {
-        self.length(self.width.width.max(other.width.width))
+        self.length(self.width.max(other.width))
     }
 
     /// Greatest radius of a sphere for the union of two regions.
     pub(super) fn bound(&self, other: &Self) -> f64 {
-        let size = 2 * self.frames;
-        let at = |w: Width| {
-            let forwards = w.direction as usize * size + w.frame as usize;
-            let backwards = forwards + self.frames;
-            let end = |at: usize| self.ends[at].max(other.ends[at]);
-            end(forwards) + end(backwards)
-        };
-        let mut best = at(self.width).min(at(other.width));
-        let ends = self
-            .ends
-            .chunks_exact(size)
-            .zip(other.ends.chunks_exact(size));
-        let least = self.least.iter().zip(other.least.iter());
-        for ((a, b), (p, q)) in ends.zip(least) {
-            if *p.max(q) < best {
-                best = best.min(union_width(a, b));
-            }
-        }
-        self.length(best)
+        self.length(least_width(self.ends, other.ends))
     }
 
     /// Radius for a width.
@@ -176,76 +130,64 @@ impl Extent<'_> {
 
     /// Becomes the union of both.
     pub(super) fn merge(&mut self, other: &Self) {
-        for (a, b) in self.ends.iter_mut().zip(other.ends.iter()) {
-            *a = (*a).max(*b);
-        }
-        self.measure();
+        unite(self.ends, other.ends);
+        self.width = least_width(self.ends, self.ends);
     }
+}
 
-    /// Finds the least widths.
-    fn measure(&mut self) {
-        self.width.width = i16::MAX;
-        let ends = self.ends.chunks_exact(2 * self.frames);
-        for (direction, (ends, least)) in ends.zip(self.least.iter_mut()).enumerate() {
-            *least = union_width(ends, ends);
-            if *least < self.width.width {
-                let (forwards, backwards) = ends.split_at(self.frames);
-                let mut pairs = forwards.iter().zip(backwards);
-                let frame = pairs.position(|(a, b)| a + b <= *least).unwrap_or(0);
-                self.width = Width {
-                    width: *least,
-                    direction: direction as u32,
-                    frame: frame as u32,
-                };
+/// Least width over frames and directions of the union of two regions.
+#[multiversion(targets("x86_64+avx2"))]
+fn least_width(a: &[Ends], b: &[Ends]) -> i16 {
+    let mut least = [i16::MAX; DIRECTIONS];
+    for ([af, ab], [bf, bb]) in a.iter().zip(b) {
+        for k in 0..DIRECTIONS {
+            least[k] = least[k].min(af[k].max(bf[k]) + ab[k].max(bb[k]));
+        }
+    }
+    least.into_iter().fold(i16::MAX, i16::min)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn unite(to: &mut [Ends], from: &[Ends]) {
+    let to = to.as_flattened_mut().as_flattened_mut();
+    let from = from.as_flattened().as_flattened();
+    to.iter_mut().zip(from).for_each(|(a, b)| *a = (*a).max(*b));
+}
+
+/// Extent of a vertex's cell in all frames.
+#[multiversion(targets("x86_64+avx2"))]
+fn cell(input: &Input, v: usize, middles: &[Points], directions: &[Shadow; 3], ends: &mut [Ends]) {
+    let corners = input.mesh.corners.row(v);
+    for (frame, ends) in ends.iter_mut().enumerate() {
+        let (group, lane) = (frame / LANES, frame % LANES);
+        let shadow = |v: usize| {
+            let (points, middle) = (&input.position(v)[group], &middles[group]);
+            let [x, y, z] = [0, 1, 2].map(|k| points[k][lane] - middle[k][lane]);
+            let mut shadow = [0.0; DIRECTIONS];
+            for k in 0..DIRECTIONS {
+                shadow[k] = directions[0][k] * x + directions[1][k] * y + directions[2][k] * z;
+            }
+            shadow
+        };
+        // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
+        let here = shadow(v);
+        let (mut high, mut low) = (here, here);
+        let (mut highest, mut lowest) =
+            ([f32::NEG_INFINITY; DIRECTIONS], [f32::INFINITY; DIRECTIONS]);
+        for pair in corners.chunks_exact(2) {
+            let (a, b) = (shadow(pair[0] as usize), shadow(pair[1] as usize));
+            for k in 0..DIRECTIONS {
+                let sum = here[k] + a[k] + b[k];
+                high[k] = most(high[k], most(a[k], b[k]));
+                low[k] = least(low[k], least(a[k], b[k]));
+                highest[k] = most(highest[k], sum);
+                lowest[k] = least(lowest[k], sum);
             }
         }
-    }
-}
-
-/// Least width over the frames of the union of two regions along one direction, each `[forwards, backwards][frame]`.
-fn union_width(a: &[i16], b: &[i16]) -> i16 {
-    let ((af, ab), (bf, bb)) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
-    let forwards = af.iter().zip(bf).map(|(a, b)| *a.max(b));
-    let backwards = ab.iter().zip(bb).map(|(a, b)| *a.max(b));
-    let widths = forwards.zip(backwards).map(|(a, b)| a + b);
-    widths.fold(i16::MAX, i16::min)
-}
-
-/// Coordinates of four points along a direction.
-fn along(d: &[f32; 3], [x, y, z]: &Points) -> [f32; LANES] {
-    std::array::from_fn(|lane| d[0] * x[lane] + d[1] * y[lane] + d[2] * z[lane])
-}
-
-/// Extent of a vertex's cell along one direction, `[forwards, backwards][frame]`, of the `shadows` of all vertices.
-#[multiversion(targets("x86_64+avx2"))]
-fn cell(input: &Input, v: usize, shadows: &[[f32; LANES]], ends: &mut [i16]) {
-    let (forwards, backwards) = ends.split_at_mut(input.frames);
-    let ends = forwards.chunks_mut(LANES).zip(backwards.chunks_mut(LANES));
-    for (group, (forwards, backwards)) in ends.enumerate() {
-        let at = |v: usize| shadows[v * input.groups + group];
-        let here = at(v);
-        // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
-        let (mut high, mut low) = (here, here);
-        let (mut highest, mut lowest) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
-        for pair in input.mesh.corners.row(v).chunks_exact(2) {
-            let (a, b) = (at(pair[0] as usize), at(pair[1] as usize));
-            let sum = zip(zip(here, a, add), b, add);
-            high = zip(high, zip(a, b, most), most);
-            low = zip(low, zip(a, b, least), least);
-            highest = zip(highest, sum, most);
-            lowest = zip(lowest, sum, least);
-        }
-        let end = |corner, sum, most: fn(f32, f32) -> f32| {
-            let middle = zip(here, corner, |here, corner| 0.5 * (here + corner));
-            let centre = zip(sum, middle, |sum, middle| most(sum * (1.0 / 3.0), middle));
-            zip(here, centre, most)
-        };
-        let (high, low) = (end(high, highest, most), end(low, lowest, least));
-        for (to, high) in forwards.iter_mut().zip(high) {
-            *to = rounded(high);
-        }
-        for (to, low) in backwards.iter_mut().zip(low) {
-            *to = rounded(-low);
+        for k in 0..DIRECTIONS {
+            let (up, down) = (0.5 * (here[k] + high[k]), 0.5 * (here[k] + low[k]));
+            ends[0][k] = rounded(most(here[k], most(highest[k] * (1.0 / 3.0), up)));
+            ends[1][k] = rounded(-least(here[k], least(lowest[k] * (1.0 / 3.0), down)));
         }
     }
 }
@@ -272,8 +214,9 @@ mod tests {
             let points = input.position(v as usize)[f / LANES];
             DVec3::from(points.map(|x| f64::from(x[f % LANES])))
         };
-        let widths = directions().map(|d| {
-            let d = DVec3::from(d.map(f64::from));
+        let directions = directions();
+        let widths = (0..DIRECTIONS).map(|k| {
+            let d = DVec3::from(directions.map(|axis| f64::from(axis[k])));
             let of_frame = |f: usize| {
                 let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
                 let mut reach = |p: DVec3| {
@@ -296,7 +239,7 @@ mod tests {
                 .map(of_frame)
                 .fold(f64::INFINITY, f64::min)
         });
-        widths.into_iter().fold(f64::INFINITY, f64::min)
+        widths.fold(f64::INFINITY, f64::min)
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod options;
 mod outer;
 mod quadric;
 mod region;
+mod rows;
 mod shape;
 mod sight;
 mod solve;
@@ -46,10 +47,10 @@ use crate::{Error, Result, asset::Sequence, report::Progress};
 
 /// Bytes that a build needs for one vertex in so many frames, at most, the sequence included.
 pub fn bytes_a_vertex(frames: usize) -> u64 {
-    // The mesh, neighbours, triangles and edges of a region, and its least widths.
+    // The mesh, neighbours, triangles and edges of a region.
     const REGION: u64 = 2048;
     // The sequence and extents; positions, importance, quadrics with their temporal terms, and centres of what collapses make.
-    const FRAME: u64 = 12 + 132;
+    const FRAME: u64 = 12 + 128;
     const PADDED: u64 = 12 + 4 + 128 + 12;
     let padded = frames.div_ceil(lanes::LANES).saturating_mul(lanes::LANES) as u64;
     REGION

@@ -25,7 +25,7 @@ fn inverse(m: &S4) -> (S4, X4) {
 }
 
 /// The unknowns that all frames share, and what they cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sphere {
     /// Value of the quadric; not finite where nothing could be found.
     pub(super) cost: f64,
@@ -197,9 +197,9 @@ pub(super) fn sphere(edge: Edge<'_>) -> Sphere {
     sphere
 }
 
-/// Centres of a sphere that [`sphere`] found, a group after the other.
+/// The centres of a sphere that [`sphere`] found, a group after the other.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn centres(edge: Edge<'_>, sphere: &Sphere) -> Vec<Points> {
+pub(super) fn centres(edge: Edge<'_>, sphere: &Sphere, out: &mut Vec<Points>) {
     let centres = (0..edge.groups()).map(|group| {
         let block = edge.sum(group);
         let (adjugate, inverse) = inverse(&block.m);
@@ -215,5 +215,6 @@ pub(super) fn centres(edge: Edge<'_>, sphere: &Sphere) -> Vec<Points> {
         };
         [axis(0), axis(1), axis(2)]
     });
-    centres.collect()
+    out.clear();
+    out.extend(centres);
 }
