@@ -12,7 +12,8 @@ use super::{
     extent,
     hierarchy::{Hierarchy, Merge},
     input::Input,
-    lanes::{Points, V4, X4},
+    inversion,
+    lanes::Points,
     options::Options,
     quadric,
     region::Region,
@@ -452,37 +453,10 @@ impl<'a> Collapse<'a> {
         self.spare.push(made);
     }
 
-    /// Whether large triangles turn over in many frames: Σ_f √(A A') n·n' < 0 for one of those that stay.
+    /// Whether large triangles turn over in many frames, of those that stay.
     fn turns(&self, u: u32, v: u32, made: &[Points]) -> bool {
         self.topology.moved(u, v).any(|[moving, b, c]| {
-            let [p, b, c] = [moving, b, c].map(|k| self.sphere(k));
-            let normals = |group: usize| {
-                let [p, q, b, c] = [p, made, b, c].map(|k| V4::widen(&k[group]));
-                ((b - p).cross(c - p), (b - q).cross(c - q))
-            };
-            // Hardly any turns in any frame, and roots are dear.
-            let mut groups = 0..made.len();
-            if !groups.any(|group| {
-                let (before, after) = normals(group);
-                before.dot(after).0.iter().any(|&x| x < 0.0)
-            }) {
-                return false;
-            }
-            let mut sum = X4::default();
-            for group in 0..made.len() {
-                let (before, after) = normals(group);
-                let sizes = before.dot(before) * after.dot(after);
-                // |n| is twice the area: √(A A') n·n' = N·N' / (2 √(|N| |N'|)).
-                let scale = sizes.map(|s| {
-                    if s > 0.0 {
-                        s.sqrt().sqrt().recip()
-                    } else {
-                        0.0
-                    }
-                });
-                sum += before.dot(after) * scale;
-            }
-            sum.sum() < 0.0
+            inversion::turns(self.sphere(moving), made, self.sphere(b), self.sphere(c))
         })
     }
 }

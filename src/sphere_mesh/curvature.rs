@@ -20,7 +20,11 @@ pub(super) fn importance(input: &Input, power: f64) -> Vec<[f32; LANES]> {
     rows.for_each(|(v, row)| {
         for (group, values) in row.iter_mut().enumerate() {
             // Lengths are in units of the diagonal already.
-            let k = total(input, v, group).map(|k| (1.0 + k.min(SHARPEST)).powf(power));
+            let k = total(input, v, group).map(|k| 1.0 + k.min(SHARPEST));
+            let k = match power {
+                0.5 => k.map(f64::sqrt), // as by default, and quicker
+                _ => k.map(|k| k.powf(power)),
+            };
             *values = k.narrow();
         }
     });

@@ -73,9 +73,15 @@ pub(super) fn cells<'a>(input: &Input, storage: &'a mut Storage) -> Vec<Extent<'
     let middles = middles(input);
     let step = reach(input, &middles) / STEPS;
     let directions = directions().map(|axis| axis.map(|x| x / step));
-    let rows = storage.0.par_chunks_exact_mut(input.frames).enumerate();
-    let extents = rows.map(|(v, ends)| {
-        cell(input, v, &middles, &directions, ends);
+    let mut shadows = vec![[0.0; DIRECTIONS]; input.mesh.positions.len()];
+    for frame in 0..input.frames {
+        let points = shadows.par_iter_mut().enumerate();
+        points.for_each(|(v, shadow)| *shadow = cast(input, v, frame, &middles, &directions));
+        let rows = storage.0.par_chunks_exact_mut(input.frames).enumerate();
+        rows.for_each(|(v, ends)| ends[frame] = cell(v, input.mesh.corners.row(v), &shadows));
+    }
+    let rows = storage.0.par_chunks_exact_mut(input.frames);
+    let extents = rows.map(|ends| {
         let width = least_width(ends, ends);
         Extent { step, ends, width }
     });
@@ -154,42 +160,49 @@ fn unite(to: &mut [Ends], from: &[Ends]) {
     to.iter_mut().zip(from).for_each(|(a, b)| *a = (*a).max(*b));
 }
 
-/// Extent of a vertex's cell in all frames.
+/// Coordinates of a vertex in a frame, along directions of the length of a step.
 #[multiversion(targets("x86_64+avx2"))]
-fn cell(input: &Input, v: usize, middles: &[Points], directions: &[Shadow; 3], ends: &mut [Ends]) {
-    let corners = input.mesh.corners.row(v);
-    for (frame, ends) in ends.iter_mut().enumerate() {
-        let (group, lane) = (frame / LANES, frame % LANES);
-        let shadow = |v: usize| {
-            let (points, middle) = (&input.position(v)[group], &middles[group]);
-            let [x, y, z] = [0, 1, 2].map(|k| points[k][lane] - middle[k][lane]);
-            let mut shadow = [0.0; DIRECTIONS];
-            for k in 0..DIRECTIONS {
-                shadow[k] = directions[0][k] * x + directions[1][k] * y + directions[2][k] * z;
-            }
-            shadow
-        };
-        // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
-        let here = shadow(v);
-        let (mut high, mut low) = (here, here);
-        let (mut highest, mut lowest) =
-            ([f32::NEG_INFINITY; DIRECTIONS], [f32::INFINITY; DIRECTIONS]);
-        for pair in corners.chunks_exact(2) {
-            let (a, b) = (shadow(pair[0] as usize), shadow(pair[1] as usize));
-            for k in 0..DIRECTIONS {
-                let sum = here[k] + a[k] + b[k];
-                high[k] = most(high[k], most(a[k], b[k]));
-                low[k] = least(low[k], least(a[k], b[k]));
-                highest[k] = most(highest[k], sum);
-                lowest[k] = least(lowest[k], sum);
-            }
-        }
+fn cast(
+    input: &Input,
+    v: usize,
+    frame: usize,
+    middles: &[Points],
+    directions: &[Shadow; 3],
+) -> Shadow {
+    let (group, lane) = (frame / LANES, frame % LANES);
+    let (points, middle) = (&input.position(v)[group], &middles[group]);
+    let [x, y, z] = [0, 1, 2].map(|k| points[k][lane] - middle[k][lane]);
+    let mut shadow = [0.0; DIRECTIONS];
+    for k in 0..DIRECTIONS {
+        shadow[k] = directions[0][k] * x + directions[1][k] * y + directions[2][k] * z;
+    }
+    shadow
+}
+
+/// Extent of the cell of a vertex with these corners in a frame, of the shadows of all vertices.
+#[multiversion(targets("x86_64+avx2"))]
+fn cell(v: usize, corners: &[u32], shadows: &[Shadow]) -> Ends {
+    // Of the greatest neighbour is the greatest middle, of the greatest sum of corners the greatest centre.
+    let here = &shadows[v];
+    let (mut high, mut low) = (*here, *here);
+    let (mut highest, mut lowest) = ([f32::NEG_INFINITY; DIRECTIONS], [f32::INFINITY; DIRECTIONS]);
+    for pair in corners.chunks_exact(2) {
+        let (a, b) = (&shadows[pair[0] as usize], &shadows[pair[1] as usize]);
         for k in 0..DIRECTIONS {
-            let (up, down) = (0.5 * (here[k] + high[k]), 0.5 * (here[k] + low[k]));
-            ends[0][k] = rounded(most(here[k], most(highest[k] * (1.0 / 3.0), up)));
-            ends[1][k] = rounded(-least(here[k], least(lowest[k] * (1.0 / 3.0), down)));
+            let sum = here[k] + a[k] + b[k];
+            high[k] = most(high[k], most(a[k], b[k]));
+            low[k] = least(low[k], least(a[k], b[k]));
+            highest[k] = most(highest[k], sum);
+            lowest[k] = least(lowest[k], sum);
         }
     }
+    let mut ends = [[0; DIRECTIONS]; 2];
+    for k in 0..DIRECTIONS {
+        let (up, down) = (0.5 * (here[k] + high[k]), 0.5 * (here[k] + low[k]));
+        ends[0][k] = rounded(most(here[k], most(highest[k] * (1.0 / 3.0), up)));
+        ends[1][k] = rounded(-least(here[k], least(lowest[k] * (1.0 / 3.0), down)));
+    }
+    ends
 }
 
 /// The nearest whole number, of an end no farther than [`STEPS`]: by cutting a positive number, which is quick.

@@ -16,6 +16,7 @@ mod facets;
 mod file;
 mod hierarchy;
 mod input;
+mod inversion;
 mod lanes;
 mod level;
 mod options;

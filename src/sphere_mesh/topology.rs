@@ -56,7 +56,9 @@ impl Topology {
         new.near.dedup();
         new.corners.clear();
         for &t in self.fan(u).iter().chain(self.fan(v)) {
-            let [a, b, c] = self.corners[t as usize].map(|k| if k == v { u } else { k });
+            let [a, b, c] = self.corners[t as usize];
+            let renamed = |k: u32| if k == v { u } else { k };
+            let (a, b, c) = (renamed(a), renamed(b), renamed(c));
             let turned = match a.min(b).min(c) {
                 least if least == a => [a, b, c],
                 least if least == b => [b, c, a],
