@@ -26,7 +26,7 @@ use crate::report::Progress;
 /// Most edges that collapse at once.
 const BATCH: usize = 128;
 /// Spheres that there must be for each of them.
-const SPHERES_EACH: usize = 128;
+const SPHERES_EACH: usize = 64;
 
 /// Groups of frames to solve that are worth waking a thread for.
 const SHARE: usize = 64;
