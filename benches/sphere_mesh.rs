@@ -1,4 +1,4 @@
-//! Building a sphere-mesh: time a vertex and frame at three sizes of mesh and three numbers of frames, and how it grows.
+//! Building a sphere-mesh: time a vertex and frame at four sizes of mesh and three numbers of frames, and how it grows.
 //!
 //! `cargo bench --bench sphere_mesh -- [SEQ…]`; without sequences a bending tube of the bench's own.
 #![allow(missing_docs)]
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(PathBuf::from)
         .collect();
     if files.is_empty() {
-        for (rings, around) in [(50, 40), (100, 80), (200, 160)] {
+        for (rings, around) in [(50, 40), (100, 80), (200, 160), (400, 320)] {
             measure("tube", &tube(rings, around, 48))?;
         }
         for frames in [12, 48, 192] {

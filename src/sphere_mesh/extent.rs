@@ -8,8 +8,8 @@ use super::{
     lanes::{LANES, Points, least, most, zip},
 };
 
-/// Three axes and a Fibonacci half-sphere: as dense as 64 directions on the whole.
-const DIRECTIONS: usize = 32;
+/// A Fibonacci half-sphere: as dense as 32 directions on the whole.
+const DIRECTIONS: usize = 16;
 /// Share of the width that a radius may have.
 const BOUND: f32 = 0.75;
 
@@ -49,20 +49,13 @@ pub(super) struct Extent<'a> {
 /// Unit vectors, one of each opposite pair: `[axis][direction]`.
 fn directions() -> [[f32; DIRECTIONS]; 3] {
     let mut all = [[0.0; DIRECTIONS]; 3];
-    let count = (DIRECTIONS - 3) as f64;
-    for i in 0..DIRECTIONS {
-        let direction = match i {
-            0..3 => std::array::from_fn(|k| if k == i { 1.0 } else { 0.0 }),
-            _ => {
-                let i = (i - 3) as f64 + 0.5;
-                let z = 1.0 - i / count; // the upper half: an extent has no sign
-                let turn = std::f64::consts::PI * (1.0 + 5f64.sqrt()) * i;
-                let r = (1.0 - z * z).sqrt();
-                [r * turn.cos(), r * turn.sin(), z].map(|x| x as f32)
-            }
-        };
-        for (axis, x) in all.iter_mut().zip(direction) {
-            axis[i] = x;
+    for k in 0..DIRECTIONS {
+        let i = k as f64 + 0.5;
+        let z = 1.0 - i / DIRECTIONS as f64; // the upper half: an extent has no sign
+        let turn = std::f64::consts::PI * (1.0 + 5f64.sqrt()) * i;
+        let r = (1.0 - z * z).sqrt();
+        for (axis, x) in all.iter_mut().zip([r * turn.cos(), r * turn.sin(), z]) {
+            axis[k] = x as f32;
         }
     }
     all

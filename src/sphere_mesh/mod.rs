@@ -51,7 +51,7 @@ pub fn bytes_a_vertex(frames: usize) -> u64 {
     // The mesh, neighbours, triangles and edges of a region.
     const REGION: u64 = 2048;
     // The sequence and extents; positions, importance, quadrics with their temporal terms, and centres of what collapses make.
-    const FRAME: u64 = 12 + 128;
+    const FRAME: u64 = 12 + 64;
     const PADDED: u64 = 12 + 4 + 128 + 12;
     let padded = frames.div_ceil(lanes::LANES).saturating_mul(lanes::LANES) as u64;
     REGION

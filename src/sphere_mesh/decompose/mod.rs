@@ -64,7 +64,7 @@ impl Default for Decomposing {
         Self {
             influences: 4,
             iterations: 60,
-            tolerance: 3e-3,
+            tolerance: 4e-3,
             weighting: Weighting::Mixed,
             joints: 0.0,
         }
