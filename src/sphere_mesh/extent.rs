@@ -23,7 +23,7 @@ type Shadow = [f32; DIRECTIONS];
 /// `[forwards, backwards][direction]`.
 type Ends = [[i16; DIRECTIONS]; 2];
 
-/// What the extents of all regions are kept in, in steps, for they take more memory than all else: `[region][frame]`.
+/// What the extents of all regions are kept in, in steps, at half the memory of single precision: `[region][frame]`.
 #[derive(Debug)]
 pub(super) struct Storage(Vec<Ends>);
 
