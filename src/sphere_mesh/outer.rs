@@ -43,10 +43,7 @@ pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
     let seen = |facet: &Facet| hidden.seen(&sight, facet);
     let patches: Vec<Vec<Facet>> = patches(open, 3.0 * size);
     let kept = patches.into_par_iter().map(|mut patch| {
-        // Sight changes slowly: where three facets agree they decide for a patch. Large ones, for cuts leave many small
-        // facets in the folds between solids, of which few sights are free.
-        patch.sort_by(|a, b| doubled_area(b).total_cmp(&doubled_area(a)));
-        match [0, 1, 2].map(|k| seen(&patch[k * patch.len() / 6])) {
+        match apart(&patch).map(|k| seen(&patch[k])) {
             [true, true, true] => {}
             [false, false, false] => patch.clear(),
             _ => patch.retain(seen),
@@ -54,6 +51,25 @@ pub(super) fn outer(shape: &Shape, size: f64) -> Vec<Facet> {
         patch
     });
     kept.flatten_iter().collect()
+}
+
+/// Three facets of a patch. Sight changes slowly: where they agree they decide for all of it. The largest is one, for cuts leave
+/// many small facets in the folds between solids, of which few sights are free; the others are as far from it and from each
+/// other as can be, for there may be the inside of a shell beside its outside.
+fn apart(patch: &[Facet]) -> [usize; 3] {
+    let farthest = |measure: &dyn Fn(&Facet) -> f64| {
+        let all = patch.iter().map(measure).enumerate();
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
+    };
+    let from = |k: usize| {
+        let middle = middle_and_normal(&patch[k]).0;
+        move |facet: &Facet| middle_and_normal(facet).0.distance_squared(middle)
+    };
+    let first = farthest(&doubled_area);
+    let second = farthest(&from(first));
+    let (one, other) = (from(first), from(second));
+    let third = farthest(&|facet| one(facet).min(other(facet)));
+    [first, second, third]
 }
 
 fn doubled_area([a, b, c]: &Facet) -> f64 {
