@@ -258,7 +258,8 @@ impl<'a> Collapse<'a> {
         let edges: Vec<Candidate> = edges.collect();
         let mut rest = &edges[..];
         for u in 0..count as usize {
-            let (row, after) = rest.split_at(rest.partition_point(|e| e.owner() == u));
+            let own = rest.iter().take_while(|e| e.owner() == u).count();
+            let (row, after) = rest.split_at(own);
             rest = after;
             self.lists.push(row.iter().copied());
             self.lists.row_mut(u).sort_unstable();
